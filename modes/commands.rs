@@ -1,0 +1,329 @@
+//! The verbs of the command line: each reads a scene, runs the library, and writes what it was asked for.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+use umbel::{
+    Aov, AovData, Array, Camera, Channel, Error, LoadOptions, Samples, Scene, Stats, VisibilityBuffer, info, load, preview,
+    srgb_encode, verify, visibility, write_exr, write_npy, write_png_rgb8,
+};
+
+use crate::cli::{Common, InfoArgs, RenderArgs, VerifyArgs};
+use crate::report::{Report, Times, timed};
+
+/// Reads a scene and says what was noticed.
+fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
+    let options = LoadOptions { drop_non_finite: common.drop_non_finite };
+    let scene = timed(&mut times.load, || load(name, options))?;
+    if !common.quiet {
+        for warning in &scene.warnings {
+            anstream::eprintln!("warning: {warning}");
+        }
+    }
+    Ok(scene)
+}
+
+/// `umbel render`.
+pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
+    let output = output_of(args)?;
+    let mut times = Times::default();
+    let scene = load_scene(&args.scene, common, &mut times)?;
+    let camera = args.camera.camera(&scene)?;
+    check_memory(&scene, &camera, common)?;
+
+    // The engine: visibility of the pixel centres.
+    let options = common.options();
+    let mut seen = None;
+    for _ in 0..common.repeat {
+        let mut milliseconds = 0.0;
+        seen = Some(timed(&mut milliseconds, || visibility(&scene, &camera, &options))?);
+        times.engine.push(milliseconds);
+    }
+    let Some((buffer, stats)) = seen else { return Ok(()) };
+
+    // What was asked for, and nothing else.
+    let mut hash = blake3::Hasher::new();
+    let progress = progress(args.samples, common);
+    let linear = match &output {
+        Some(_) => Some(timed(&mut times.shade, || {
+            preview(&scene, &camera, &buffer, args.samples, &options, |pass| progress.set_position(u64::from(pass)))
+        })?),
+        None => None,
+    };
+    progress.finish_and_clear();
+    let picture = Picture { scene: &scene, camera: &camera, buffer: &buffer };
+    timed(&mut times.write, || picture.write(args, output.as_deref(), linear, &mut hash))?;
+
+    if common.verbose {
+        print_run(&times, &stats);
+    }
+    let rays = buffer.hits.len();
+    let report =
+        Report { command: "render", scene: &scene, rays, options, times: &times, stats, hash: hash.finalize() };
+    common.report.as_deref().map_or(Ok(()), |path| report.write(path))
+}
+
+/// Where the picture goes: `-o`, or umbel.png where nothing at all was asked for.
+fn output_of(args: &RenderArgs) -> Result<Option<PathBuf>, Error> {
+    let Some(output) = &args.output else {
+        if let Some((aov, _)) = args.aovs.iter().find(|(_, file)| file.is_none()) {
+            let name = format!("{aov:?}").to_ascii_lowercase();
+            return Err(Error::Usage(format!("--aov {name} without a file needs -o FILE.exr; or write --aov {name}=FILE.npy")));
+        }
+        return Ok(args.aovs.is_empty().then(|| PathBuf::from("umbel.png")));
+    };
+    let format = extension(output);
+    if !["png", "exr", "npy"].contains(&format.as_str()) {
+        return Err(Error::Usage(format!("{}: -o takes .png, .exr or .npy", output.display())));
+    }
+    if format != "exr" && args.aovs.iter().any(|(_, file)| file.is_none()) {
+        return Err(Error::Usage("--aov NAME without a file adds it to an EXR: use -o FILE.exr, or --aov NAME=FILE.npy".into()));
+    }
+    Ok(Some(output.clone()))
+}
+
+/// The extension in lower case.
+fn extension(path: &Path) -> String {
+    path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_ascii_lowercase()
+}
+
+/// Stops before the start when the forecast exceeds `--max-memory`.
+fn check_memory(scene: &Scene, camera: &Camera, common: &Common) -> Result<(), Error> {
+    let pixels = u64::from(camera.width) * u64::from(camera.rows());
+    // Hits 8, preview 12 and its sum 12, bytes of the picture 3, the widest derived image 12; triangles 6 and the scene's own 24.
+    let forecast = pixels * 47 + scene.triangles.len() as u64 * 30;
+    match common.max_memory {
+        Some(limit) if forecast > limit => Err(Error::Limit(format!(
+            "about {forecast} bytes are needed beyond the scene, more than --max-memory {limit}; use a smaller --size"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// A bar over passes: on stderr, on a terminal, and only when there is more than one.
+fn progress(passes: u32, common: &Common) -> ProgressBar {
+    if common.quiet || passes <= 1 {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(u64::from(passes));
+    match ProgressStyle::with_template("{bar:40} {pos}/{len} samples, {eta} left") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
+
+/// Prints times and counters on stderr.
+fn print_run(times: &Times, stats: &Stats) {
+    let engine: Vec<String> = times.engine.iter().map(|ms| format!("{ms:.2}")).collect();
+    anstream::eprintln!(
+        "load {:.1} ms, engine {} ms, shade {:.1} ms, write {:.1} ms",
+        times.load,
+        engine.join(" "),
+        times.shade,
+        times.write
+    );
+    for (name, count) in stats.counters() {
+        anstream::eprintln!("{name:20} {count}");
+    }
+}
+
+/// A rendered picture, from which files are made.
+struct Picture<'a> {
+    scene: &'a Scene,
+    camera: &'a Camera,
+    buffer: &'a VisibilityBuffer,
+}
+
+impl Picture<'_> {
+    /// Writes AOVs, then the preview, and hashes what was written.
+    fn write(
+        &self,
+        args: &RenderArgs,
+        output: Option<&Path>,
+        linear: Option<Vec<f32>>,
+        hash: &mut blake3::Hasher,
+    ) -> Result<(), Error> {
+        let mut channels = Vec::new();
+        for (aov, file) in &args.aovs {
+            let data = self.buffer.derive(*aov, self.scene)?;
+            hash_data(hash, &data);
+            match file {
+                Some(file) => write_npy(file, &self.shape(&data), array(&data))?,
+                None => channels.extend(exr_channels(*aov, data)),
+            }
+        }
+        let (Some(output), Some(linear)) = (output, linear) else { return Ok(()) };
+        let (width, rows) = (self.camera.width, self.camera.rows());
+        match extension(output).as_str() {
+            "npy" => {
+                let data = AovData::F32(3, linear);
+                hash_data(hash, &data);
+                write_npy(output, &self.shape(&data), array(&data))
+            }
+            "exr" => {
+                let data = AovData::F32(3, linear);
+                hash_data(hash, &data);
+                channels.extend(split(&["R", "G", "B"], data));
+                write_exr(output, width as usize, rows as usize, channels)
+            }
+            _ => {
+                let bytes: Vec<u8> = linear.into_iter().map(srgb_encode).collect();
+                hash.update(&bytes);
+                write_png_rgb8(output, width, rows, &bytes)
+            }
+        }
+    }
+
+    /// The shape of an NPY file: (H, W), with 6 in front for a cube and the numbers per pixel behind.
+    fn shape(&self, data: &AovData) -> Vec<usize> {
+        let (width, rows) = (self.camera.width as usize, self.camera.rows() as usize);
+        let mut shape = if self.camera.lens == umbel::Lens::Cube { vec![6, width, width] } else { vec![rows, width] };
+        if let AovData::F32(numbers @ 2.., _) = data {
+            shape.push(*numbers);
+        }
+        shape
+    }
+}
+
+/// The numbers as an NPY array.
+fn array(data: &AovData) -> Array<'_> {
+    match data {
+        AovData::U32(values) => Array::U32(values),
+        AovData::F32(_, values) => Array::F32(values),
+    }
+}
+
+/// Hashes the numbers, little-endian.
+fn hash_data(hash: &mut blake3::Hasher, data: &AovData) {
+    let bytes: Vec<u8> = match data {
+        AovData::U32(values) => values.iter().flat_map(|x| x.to_le_bytes()).collect(),
+        AovData::F32(_, values) => values.iter().flat_map(|x| x.to_le_bytes()).collect(),
+    };
+    hash.update(&bytes);
+}
+
+/// An AOV as EXR channels, under the names of the field.
+fn exr_channels(aov: Aov, data: AovData) -> Vec<Channel> {
+    let names: &[&str] = match aov {
+        Aov::Id => &["id"],
+        Aov::Object => &["object"],
+        Aov::Depth => &["Z"],
+        Aov::Distance => &["distance"],
+        Aov::Normal => &["N.X", "N.Y", "N.Z"],
+        Aov::Position => &["P.X", "P.Y", "P.Z"],
+        Aov::Bary => &["bary.u", "bary.v"],
+    };
+    split(names, data)
+}
+
+/// Interleaved numbers as one channel each.
+fn split(names: &[&str], data: AovData) -> Vec<Channel> {
+    let channel = |name: &str, samples| Channel { name: name.to_owned(), samples };
+    match data {
+        AovData::U32(values) => vec![channel(names[0], Samples::U32(values))],
+        AovData::F32(numbers, values) => {
+            let of = |k: usize| values.iter().skip(k).step_by(numbers).copied().collect();
+            names.iter().enumerate().map(|(k, name)| channel(name, Samples::F32(of(k)))).collect()
+        }
+    }
+}
+
+/// `umbel verify`.
+pub(crate) fn verify_scene(args: &VerifyArgs, common: &Common) -> Result<(), Error> {
+    let mut times = Times::default();
+    let scene = load_scene(&args.scene, common, &mut times)?;
+    let camera = args.camera.camera(&scene)?;
+    check_memory(&scene, &camera, common)?;
+    let found = verify(&scene, &camera, &common.options())?;
+    let mut text = format!(
+        "{}: {} triangles, {} rays, {} hits\n  pencil = general path: {} differences in id or t\n",
+        scene.name,
+        scene.triangles.len(),
+        found.rays,
+        found.hits,
+        found.path_differences,
+    );
+    if found.pixels > 0 {
+        text += &format!(
+            "  tiny-skia: {} pixels, {} differ within its tolerance near edges, {} at equal depth, {} really differ\n",
+            found.pixels, found.near_edges, found.same_depth, found.raster_differences
+        );
+    } else {
+        text += "  tiny-skia: not compared, this lens bends straight lines\n";
+    }
+    print(&text)?;
+    if let Some(path) = &args.difference {
+        let bytes: Vec<u8> = found.marks.iter().flat_map(mark_colour).collect();
+        // A fisheye has fewer rays than pixels; its marks are shown in one row per 1024.
+        let (width, rows) = if found.pixels > 0 {
+            (camera.width, camera.rows())
+        } else {
+            return Err(Error::Usage("--difference needs a lens with straight lines: pinhole, ortho or cube".into()));
+        };
+        write_png_rgb8(path, width, rows, &bytes)?;
+    }
+    if found.is_clean() {
+        return Ok(());
+    }
+    Err(Error::Difference(format!(
+        "{} rays differ between the paths, {} pixels from tiny-skia",
+        found.path_differences, found.raster_differences
+    )))
+}
+
+/// The colour of a mark in a difference picture.
+fn mark_colour(mark: &umbel::Mark) -> [u8; 3] {
+    match mark {
+        umbel::Mark::Miss => [24, 24, 28],
+        umbel::Mark::Hit => [70, 74, 82],
+        umbel::Mark::Tolerated => [240, 200, 40],
+        umbel::Mark::Difference => [235, 30, 30],
+    }
+}
+
+/// `umbel info`.
+pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> {
+    let scene = load_scene(&args.scene, common, &mut Times::default())?;
+    let found = info(&scene);
+    let (lo, hi) = (found.bounds.lo, found.bounds.hi);
+    let counts = [
+        ("triangles", found.triangles),
+        ("vertices", found.vertices),
+        ("unused_vertices", found.unused_vertices),
+        ("objects", found.objects),
+        ("materials", found.materials),
+        ("with_normals", found.with_normals),
+        ("with_uvs", found.with_uvs),
+        ("degenerate", found.degenerate),
+        ("duplicates", found.duplicates),
+        ("non_finite", found.non_finite),
+    ];
+    if args.json {
+        let mut value = json!({ "schema": 1, "name": scene.name, "warnings": scene.warnings });
+        for (name, count) in counts {
+            value[name] = json!(count);
+        }
+        value["bounds"] = if found.bounds.is_empty() { json!(null) } else { json!({ "lo": lo, "hi": hi }) };
+        return print(&format!("{value:#}\n"));
+    }
+    let mut text = format!("{}\n", scene.name);
+    for (name, count) in counts {
+        text += &format!("  {:16} {count}\n", name.replace('_', " "));
+    }
+    if !found.bounds.is_empty() {
+        text += &format!("  bounds           {lo:?} to {hi:?}\n");
+    }
+    print(&text)
+}
+
+/// Writes data to stdout. A reader that has gone away is no failure.
+fn print(text: &str) -> Result<(), Error> {
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::Write { path: "stdout".into(), problem: error.to_string() })
+        }
+        _ => Ok(()),
+    }
+}

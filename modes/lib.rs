@@ -1,0 +1,77 @@
+//! umbel: primary visibility on the CPU, exact and deterministic, with nothing to build.
+//!
+//! This package is what the engine is for: scenes from files, cameras, pictures, checks. The engine itself is
+//! `umbel-core`; its public items are re-exported here, so that one dependency is enough.
+//!
+//! ```
+//! use umbel::{Camera, Lens, Options, builtin, glam::DVec3, visibility};
+//!
+//! let scene = builtin("cornell")?;
+//! let camera = Camera {
+//!     eye: DVec3::new(278.0, 273.0, -800.0),
+//!     target: DVec3::new(278.0, 273.0, 0.0),
+//!     up: DVec3::Y,
+//!     lens: Lens::Pinhole { fov: 39.3 },
+//!     width: 64,
+//!     height: 64,
+//! };
+//! let (buffer, _) = visibility(&scene, &camera, &Options::default())?;
+//! assert!(buffer.hits.get(32 * 64 + 32).is_some());
+//! # Ok::<(), umbel::Error>(())
+//! ```
+
+pub use umbel_core::{
+    Aabb, Accuracy, Cone, Film, Frustum, GridFilm, Hit, Hits, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays,
+    Stats, TriangleId, Triangles, any_hit, closest_hit, glam,
+};
+
+mod builtin;
+mod camera;
+mod cornell;
+#[cfg(feature = "obj")]
+mod ear_clip;
+mod error;
+mod exr_file;
+mod flower;
+mod foliage;
+mod info;
+mod load;
+#[cfg(feature = "obj")]
+mod mtl;
+mod npy;
+#[cfg(feature = "obj")]
+mod obj;
+#[cfg(feature = "obj")]
+mod obj_source;
+#[cfg(feature = "obj")]
+mod obj_text;
+mod output;
+mod png_file;
+mod primary;
+mod raster;
+mod scene;
+mod shade;
+mod sweep;
+mod verify;
+
+pub use error::Error;
+
+pub use builtin::{BuiltinView, builtin, builtin_view};
+pub use load::{LoadOptions, load};
+#[cfg(feature = "obj")]
+pub use obj::{ObjOptions, read_obj};
+pub use scene::{Material, NO_INDEX, Object, Scene};
+
+pub use camera::{CUBE_FACES, Camera, Lens, Shot};
+pub use info::{Info, info};
+pub use primary::{Aov, AovData, VisibilityBuffer, preview, visibility};
+pub use verify::{Mark, Verification, verify};
+
+pub use exr_file::{Channel, Samples, read_exr, write_exr};
+pub use npy::{Array, write_npy};
+pub use output::{WriteSeek, write_atomically};
+pub use png_file::{read_png_rgb8, srgb_encode, write_png_rgb8, write_png_rgba8};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

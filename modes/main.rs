@@ -1,0 +1,35 @@
+//! The command `umbel`.
+
+mod cli;
+mod commands;
+mod report;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use umbel::Error;
+
+use crate::cli::{Cli, Command};
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    cli.common.color.write_global();
+    match run(&cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            anstream::eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// Runs the verb on a pool of the wanted size.
+fn run(cli: &Cli) -> Result<(), Error> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.common.threads).build();
+    let pool = pool.map_err(|error| Error::Usage(format!("--threads {}: {error}", cli.common.threads)))?;
+    pool.install(|| match &cli.command {
+        Command::Render(args) => commands::render(args, &cli.common),
+        Command::Verify(args) => commands::verify_scene(args, &cli.common),
+        Command::Info(args) => commands::info_scene(args, &cli.common),
+    })
+}

@@ -1,0 +1,190 @@
+//! Primary visibility: what a camera sees.
+//!
+//! The visibility buffer, (id, t) per pixel, comes first. Everything else (depth, distance, normal, position, barycentrics,
+//! object, the shaded preview) is derived from it, and only what was asked for.
+//!
+//! Based on: Christopher Burns and Warren Hunt, "The Visibility Buffer: A Cache-Friendly Approach to Deferred Shading",
+//! 2013.
+
+use rayon::prelude::*;
+use umbel_core::{Hit, Hits, NO_TRIANGLE, Options, Ray, Stats, Triangles, closest_hit};
+
+use crate::camera::{Camera, Shot};
+use crate::shade::{Shader, background};
+use crate::{Error, Scene};
+
+/// (id, t) of each ray of a camera, with the rays.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VisibilityBuffer {
+    /// The rays and the pixel of each.
+    pub shot: Shot,
+    /// What each ray hits.
+    pub hits: Hits,
+    /// Pixels of the picture.
+    pub pixels: usize,
+}
+
+/// A quantity per pixel that can be derived from the visibility buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Aov {
+    /// The triangle id; 0xFFFFFFFF for a miss.
+    Id,
+    /// t along the camera's d: the z depth of a pinhole camera; +∞ for a miss.
+    Depth,
+    /// The Euclidean distance from the start of the ray; +∞ for a miss.
+    Distance,
+    /// The unit normal (b − a)×(c − a), not flipped toward the eye; NaN for a miss.
+    Normal,
+    /// The point that is seen, in world space; NaN for a miss.
+    Position,
+    /// The barycentric weights of b and c; NaN for a miss.
+    Bary,
+    /// The index of the object in file order; 0xFFFFFFFF for a miss.
+    Object,
+}
+
+/// The values of an [`Aov`], pixel by pixel.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AovData {
+    /// One number per pixel.
+    U32(Vec<u32>),
+    /// `.0` numbers per pixel, one after the other.
+    F32(usize, Vec<f32>),
+}
+
+/// Finds what a camera sees through its pixel centres.
+///
+/// # Errors
+/// When the camera or the scene is refused.
+pub fn visibility(scene: &Scene, camera: &Camera, options: &Options) -> Result<(VisibilityBuffer, Stats), Error> {
+    let shot = camera.shot()?;
+    let triangles = scene.geometry()?;
+    let (hits, stats) = closest_hit(&triangles, &shot.pencil, options)?;
+    let pixels = camera.width as usize * camera.rows() as usize;
+    Ok((VisibilityBuffer { shot, hits, pixels }, stats))
+}
+
+/// The linear preview, (r, g, b) per pixel: the mean of `samples` passes over sub-pixel positions.
+///
+/// The pass through the pixel centres is the visibility buffer where there is one sample.
+///
+/// # Errors
+/// When the camera or the scene is refused.
+pub fn preview(
+    scene: &Scene,
+    camera: &Camera,
+    buffer: &VisibilityBuffer,
+    samples: u32,
+    options: &Options,
+    mut progress: impl FnMut(u32),
+) -> Result<Vec<f32>, Error> {
+    let triangles = scene.geometry()?;
+    let shader = Shader::new(scene, &triangles);
+    if samples <= 1 {
+        return Ok(buffer.shade(&shader, camera));
+    }
+    let mut sum = vec![0.0; buffer.pixels * 3];
+    for pass in 0..samples {
+        let shot = camera.subpixel_shot(pass, samples)?;
+        let (hits, _) = closest_hit(&triangles, &shot.pencil, options)?;
+        let pixels = VisibilityBuffer { shot, hits, pixels: buffer.pixels }.shade(&shader, camera);
+        sum.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
+        progress(pass + 1);
+    }
+    let count = samples as f32;
+    sum.par_iter_mut().for_each(|value| *value /= count);
+    Ok(sum)
+}
+
+impl VisibilityBuffer {
+    /// The ids of all pixels.
+    #[must_use]
+    pub fn ids(&self) -> Vec<u32> {
+        self.spread(self.hits.ids(), &[NO_TRIANGLE])
+    }
+
+    /// t of all pixels.
+    #[must_use]
+    pub fn ts(&self) -> Vec<f32> {
+        self.spread(self.hits.ts(), &[f32::INFINITY])
+    }
+
+    /// Derives one quantity. O(pixels).
+    ///
+    /// # Errors
+    /// When the scene is refused.
+    pub fn derive(&self, aov: Aov, scene: &Scene) -> Result<AovData, Error> {
+        let triangles = scene.geometry()?;
+        Ok(match aov {
+            Aov::Id => AovData::U32(self.ids()),
+            Aov::Depth => AovData::F32(1, self.ts()),
+            Aov::Object => AovData::U32(self.objects(scene)),
+            Aov::Distance => self.derived([f32::INFINITY], |ray, hit| {
+                [(f64::from(hit.t) * ray.direction.length()) as f32]
+            }),
+            Aov::Normal => self.derived([f32::NAN; 3], |_, hit| {
+                triangles.normal(hit.id).to_array().map(|x| x as f32)
+            }),
+            Aov::Position => self.derived([f32::NAN; 3], |ray, hit| position(&triangles, ray, hit)),
+            Aov::Bary => self.derived([f32::NAN; 2], |ray, hit| {
+                let [_, b, c] = triangles.barycentrics(hit.id, ray);
+                [b as f32, c as f32]
+            }),
+        })
+    }
+
+    /// The object of each pixel.
+    fn objects(&self, scene: &Scene) -> Vec<u32> {
+        let object = |&id: &u32| scene.object_of(id).and_then(|index| u32::try_from(index).ok()).unwrap_or(NO_TRIANGLE);
+        let objects: Vec<u32> = self.hits.ids().par_iter().map(object).collect();
+        self.spread(&objects, &[NO_TRIANGLE])
+    }
+
+    /// C numbers per pixel from each ray and hit, or `miss`.
+    fn derived<const C: usize>(
+        &self,
+        miss: [f32; C],
+        derive: impl Fn(&Ray, &Hit) -> [f32; C] + Sync,
+    ) -> AovData {
+        let of_ray = |k: usize| self.hits.get(k).map_or(miss, |hit| derive(&self.shot.pencil.ray(k), &hit));
+        let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
+        AovData::F32(C, self.spread(&values, &miss))
+    }
+
+    /// The linear preview of one pass.
+    fn shade(&self, shader: &Shader<'_>, camera: &Camera) -> Vec<f32> {
+        let width = camera.width as usize;
+        let rows = camera.rows() as usize;
+        let of_ray = |k: usize| {
+            let pixel = self.shot.pixels.as_ref().map_or(k, |pixels| pixels[k] as usize);
+            let height = (pixel / width) as f32 / rows as f32;
+            match self.hits.get(k) {
+                Some(hit) => shader.shade(&self.shot.pencil.ray(k), &hit, camera.up),
+                None => background(height),
+            }
+        };
+        let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
+        self.spread(&values, &[0.0; 3])
+    }
+
+    /// Values of rays, each of `miss.len()` numbers, as values of pixels; pixels without a ray get `miss`.
+    fn spread<T: Copy>(&self, of_rays: &[T], miss: &[T]) -> Vec<T> {
+        let Some(pixels) = &self.shot.pixels else { return of_rays.to_vec() };
+        let mut of_pixels = miss.repeat(self.pixels);
+        for (&pixel, values) in pixels.iter().zip(of_rays.chunks(miss.len())) {
+            let first = pixel as usize * miss.len();
+            of_pixels[first..first + miss.len()].copy_from_slice(values);
+        }
+        of_pixels
+    }
+}
+
+/// The point that a ray sees: the corners weighted, so that it lies on the triangle.
+fn position(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> [f32; 3] {
+    let weights = triangles.barycentrics(hit.id, ray);
+    let corners = triangles.corners(hit.id);
+    [0, 1, 2].map(|k| {
+        let weighted = |corner: usize| weights[corner] * f64::from(corners[corner][k]);
+        (weighted(0) + weighted(1) + weighted(2)) as f32
+    })
+}

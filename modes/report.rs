@@ -1,0 +1,83 @@
+//! The report of a run: one JSON file with counts, times and a hash of the outputs.
+
+use std::path::Path;
+use std::time::Instant;
+
+use serde_json::{Map, Value, json};
+use umbel::{Accuracy, Error, Options, Scene, Stats, write_atomically};
+
+/// The version of the report's layout. It is only ever extended.
+const SCHEMA: u32 = 1;
+
+/// Milliseconds of the stages of a run.
+#[derive(Debug, Default)]
+pub(crate) struct Times {
+    pub(crate) load: f64,
+    /// One per repeat.
+    pub(crate) engine: Vec<f64>,
+    pub(crate) shade: f64,
+    pub(crate) write: f64,
+}
+
+/// Runs something and adds the milliseconds it took.
+pub(crate) fn timed<T>(milliseconds: &mut f64, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = work();
+    *milliseconds += start.elapsed().as_secs_f64() * 1000.0;
+    result
+}
+
+/// A run, as it is reported.
+pub(crate) struct Report<'a> {
+    pub(crate) command: &'a str,
+    pub(crate) scene: &'a Scene,
+    pub(crate) rays: usize,
+    pub(crate) options: Options,
+    pub(crate) times: &'a Times,
+    pub(crate) stats: Stats,
+    /// BLAKE3 of the output arrays, little-endian, in the order in which they are written.
+    pub(crate) hash: blake3::Hash,
+}
+
+impl Report<'_> {
+    /// Writes the report.
+    pub(crate) fn write(&self, path: &Path) -> Result<(), Error> {
+        let text = format!("{:#}\n", self.json());
+        write_atomically(path, |file| file.write_all(text.as_bytes()))
+    }
+
+    fn json(&self) -> Value {
+        let accuracy = if self.options.accuracy == Accuracy::Exact { "exact" } else { "fast" };
+        let stats: Map<String, Value> =
+            self.stats.counters().iter().map(|&(name, count)| (name.to_owned(), json!(count))).collect();
+        json!({
+            "schema": SCHEMA,
+            "command": self.command,
+            "scene": {
+                "name": self.scene.name,
+                "triangles": self.scene.triangles.len(),
+                "vertices": self.scene.positions.len(),
+            },
+            "rays": self.rays,
+            "threads": rayon::current_num_threads(),
+            "accuracy": accuracy,
+            "ms": {
+                "load": self.times.load,
+                "engine": self.times.engine,
+                "shade": self.times.shade,
+                "write": self.times.write,
+            },
+            "engine_bytes": self.stats.engine_bytes,
+            "peak_rss_bytes": peak_rss_bytes(),
+            "stats": stats,
+            "hash": self.hash.to_hex().as_str(),
+        })
+    }
+}
+
+/// The most memory that the process had, where the system tells it (Linux).
+fn peak_rss_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kibibytes| kibibytes * 1024)
+}

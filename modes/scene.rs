@@ -1,0 +1,86 @@
+//! A scene in memory: what a reader or a built-in rule makes and what every mode takes.
+//!
+//! Triangles stand in file order; their index is their id. Objects are runs of consecutive triangles, in file order:
+//! the *given* partition of the paper. Normals and texture coordinates have indices of their own, as OBJ has them.
+//!
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011 (a given partition, such as the scene graph).
+
+use std::ops::Range;
+
+use umbel_core::{Aabb, Triangles};
+
+use crate::Error;
+
+/// The index that stands for "this corner has no normal" or "no texture coordinate".
+pub const NO_INDEX: u32 = u32::MAX;
+
+/// A surface's look in the preview.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// The name in the material library.
+    pub name: String,
+    /// Diffuse reflectance, linear, 0 to 1.
+    pub diffuse: [f32; 3],
+}
+
+/// A named run of consecutive triangles: an object or a group of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Object {
+    /// The name in the file; empty where the file gives none.
+    pub name: String,
+    /// The triangles of the object, as a range of triangle ids.
+    pub triangles: Range<u32>,
+    /// Index into [`Scene::materials`].
+    pub material: Option<u32>,
+}
+
+/// Triangles with what a preview needs to know of them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Scene {
+    /// A short name: the file's, or `builtin:NAME`.
+    pub name: String,
+    /// Vertex positions, in file order.
+    pub positions: Vec<[f32; 3]>,
+    /// Triangles in file order: indices into `positions`.
+    pub triangles: Vec<[u32; 3]>,
+    /// Vertex normals of the file, of any length; empty where the file has none.
+    pub normals: Vec<[f32; 3]>,
+    /// For each triangle, the indices of its corners' normals or [`NO_INDEX`]; empty where no triangle has normals.
+    pub normal_indices: Vec<[u32; 3]>,
+    /// Texture coordinates of the file; empty where the file has none.
+    pub uvs: Vec<[f32; 2]>,
+    /// For each triangle, the indices of its corners' texture coordinates or [`NO_INDEX`]; empty where no triangle has them.
+    pub uv_indices: Vec<[u32; 3]>,
+    /// The given partition: disjoint, ascending, covering all triangles.
+    pub objects: Vec<Object>,
+    /// Materials that the objects name.
+    pub materials: Vec<Material>,
+    /// What the reader noticed and mended or left out, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl Scene {
+    /// The triangles as the engine takes them, checked.
+    ///
+    /// # Errors
+    /// When a position is not finite or an index is out of range.
+    pub fn geometry(&self) -> Result<Triangles<'_>, Error> {
+        Ok(Triangles::new(&self.positions, &self.triangles)?)
+    }
+
+    /// The bounds of all vertices that triangles use.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        let corners = self.triangles.iter().flatten();
+        Aabb::of_points(corners.map(|&index| self.positions[index as usize]))
+    }
+
+    /// The index of the object that holds a triangle, or `None` where no object does. O(log objects).
+    #[must_use]
+    pub fn object_of(&self, triangle: u32) -> Option<usize> {
+        let index = self.objects.partition_point(|object| object.triangles.end <= triangle);
+        let object = self.objects.get(index)?;
+        object.triangles.contains(&triangle).then_some(index)
+    }
+}

@@ -1,0 +1,69 @@
+//! The look of the preview: a headlight and a sky, in linear light.
+//!
+//! L = albedo·(h·|n·v| + s·(1 + n·up)/2), with n the normal on the viewer's side, interpolated where the file has normals,
+//! and v the direction toward the viewer. It is meant to show shape, not to be physically right.
+//!
+//! Based on: James Blinn, "Models of Light Reflection for Computer Synthesized Pictures", 1977 (hemisphere and headlight).
+
+use glam::DVec3;
+use umbel_core::{Hit, Ray, Triangles};
+
+use crate::Scene;
+use crate::scene::NO_INDEX;
+
+/// The part of the headlight.
+const HEADLIGHT: f64 = 0.62;
+/// The part of the sky.
+const SKY: f64 = 0.42;
+/// The albedo of what has no material.
+const CLAY: [f32; 3] = [0.72, 0.70, 0.66];
+/// The background at the upper and the lower edge, linear.
+const BACKGROUND: [[f32; 3]; 2] = [[0.52, 0.64, 0.78], [0.93, 0.95, 0.97]];
+
+/// What shading needs to know of a scene.
+#[derive(Debug)]
+pub(crate) struct Shader<'a> {
+    scene: &'a Scene,
+    triangles: &'a Triangles<'a>,
+}
+
+impl<'a> Shader<'a> {
+    pub(crate) fn new(scene: &'a Scene, triangles: &'a Triangles<'a>) -> Self {
+        Self { scene, triangles }
+    }
+
+    /// The linear colour of a hit.
+    pub(crate) fn shade(&self, ray: &Ray, hit: &Hit, up: DVec3) -> [f32; 3] {
+        let viewer = -ray.direction.normalize_or_zero();
+        let flat = self.triangles.normal(hit.id);
+        let flat = if flat.dot(viewer) < 0.0 { -flat } else { flat };
+        let normal = self.interpolated_normal(ray, hit).map_or(flat, |n| if n.dot(flat) < 0.0 { -n } else { n });
+        let headlight = normal.dot(viewer).max(0.0);
+        let sky = (1.0 + normal.dot(up.normalize_or_zero())) * 0.5;
+        let light = (HEADLIGHT * headlight + SKY * sky) as f32;
+        self.albedo(hit.id.0).map(|albedo| albedo * light)
+    }
+
+    /// The diffuse colour of a triangle's material.
+    fn albedo(&self, triangle: u32) -> [f32; 3] {
+        let object = self.scene.object_of(triangle).map(|index| &self.scene.objects[index]);
+        let material = object.and_then(|object| object.material);
+        material.and_then(|index| self.scene.materials.get(index as usize)).map_or(CLAY, |material| material.diffuse)
+    }
+
+    /// The file's normals at the corners, weighted; `None` where it has none.
+    fn interpolated_normal(&self, ray: &Ray, hit: &Hit) -> Option<DVec3> {
+        let corners = self.scene.normal_indices.get(hit.id.0 as usize)?;
+        if corners.contains(&NO_INDEX) {
+            return None;
+        }
+        let weights = self.triangles.barycentrics(hit.id, ray);
+        let normals = corners.map(|index| DVec3::from_array(self.scene.normals[index as usize].map(f64::from)));
+        (normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2]).try_normalize()
+    }
+}
+
+/// The background at a height from 0 (upper edge) to 1 (lower edge).
+pub(crate) fn background(height: f32) -> [f32; 3] {
+    [0, 1, 2].map(|k| BACKGROUND[0][k] + (BACKGROUND[1][k] - BACKGROUND[0][k]) * height)
+}

@@ -1,0 +1,117 @@
+//! Axis-aligned boxes, and the slab test of one ray against one box.
+//!
+//! A box is the closed set lo ≤ x ≤ hi. A cull by a box may keep what is missed and never drops what is hit.
+//!
+//! Based on: Timothy Kay and James Kajiya, "Ray Tracing Complex Scenes", 1986 (slabs); Thiago Ize, "Robust BVH Ray
+//! Traversal", 2013 (rounding).
+
+use glam::DVec3;
+
+use crate::triangles::widen;
+use crate::Ray;
+
+/// The unit roundoff of f64: one correctly rounded operation errs by at most this factor.
+pub(crate) const U: f64 = f64::EPSILON / 2.0;
+
+/// A slab distance (b − o)/d is one subtraction and one division: a relative error of at most 2u + u². Twice that
+/// leaves room for forming the slack itself.
+const SLAB_SLACK: f64 = 4.0 * U;
+
+/// An axis-aligned box: the closed set `lo ≤ x ≤ hi`. Empty when `lo > hi`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Aabb {
+    /// The least coordinates.
+    pub lo: [f32; 3],
+    /// The greatest coordinates.
+    pub hi: [f32; 3],
+}
+
+impl Aabb {
+    /// The box that holds nothing.
+    pub const EMPTY: Self = Self { lo: [f32::INFINITY; 3], hi: [f32::NEG_INFINITY; 3] };
+
+    /// The smallest box around points.
+    #[must_use]
+    pub fn of_points(points: impl IntoIterator<Item = [f32; 3]>) -> Self {
+        let mut bounds = Self::EMPTY;
+        for p in points {
+            for k in 0..3 {
+                bounds.lo[k] = if p[k] < bounds.lo[k] { p[k] } else { bounds.lo[k] };
+                bounds.hi[k] = if p[k] > bounds.hi[k] { p[k] } else { bounds.hi[k] };
+            }
+        }
+        bounds
+    }
+
+    /// The smallest box around both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        let mut bounds = self;
+        for k in 0..3 {
+            bounds.lo[k] = if other.lo[k] < self.lo[k] { other.lo[k] } else { self.lo[k] };
+            bounds.hi[k] = if other.hi[k] > self.hi[k] { other.hi[k] } else { self.hi[k] };
+        }
+        bounds
+    }
+
+    /// Whether the box holds nothing.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        (0..3).any(|k| self.lo[k] > self.hi[k])
+    }
+
+    /// hi − lo per axis, in f64 (f32 could overflow).
+    #[must_use]
+    pub fn extent(&self) -> [f64; 3] {
+        [0, 1, 2].map(|k| f64::from(self.hi[k]) - f64::from(self.lo[k]))
+    }
+
+    /// (lo + hi)/2 per axis, in f64.
+    #[must_use]
+    pub fn centre(&self) -> [f64; 3] {
+        [0, 1, 2].map(|k| (f64::from(self.lo[k]) + f64::from(self.hi[k])) * 0.5)
+    }
+
+    /// The axis of the longest side: 0, 1 or 2.
+    #[must_use]
+    pub fn longest_axis(&self) -> usize {
+        let [x, y, z] = self.extent();
+        if x >= y && x >= z {
+            0
+        } else if y >= z {
+            1
+        } else {
+            2
+        }
+    }
+
+    /// lo and hi in f64, exactly.
+    pub(crate) fn corners(&self) -> (DVec3, DVec3) {
+        (widen(self.lo), widen(self.hi))
+    }
+
+    /// Whether the ray may meet the box at some t in \[t_min, t_max\]; `t_max` here may be less than the ray's own.
+    ///
+    /// Keeps on NaN and overflow: every drop is a strict comparison of rounded-outward bounds.
+    pub(crate) fn may_meet(&self, ray: &Ray, t_max: f64) -> bool {
+        let (lo, hi) = self.corners();
+        let (mut enter, mut leave) = (ray.t_min, t_max);
+        for k in 0..3 {
+            let (o, d) = (ray.origin[k], ray.direction[k]);
+            if d == 0.0 {
+                if o < lo[k] || o > hi[k] {
+                    return false;
+                }
+                continue;
+            }
+            let (first, second) = if d > 0.0 { (lo[k], hi[k]) } else { (hi[k], lo[k]) };
+            let near = (first - o) / d;
+            let far = (second - o) / d;
+            let near = near - near.abs() * SLAB_SLACK;
+            let far = far + far.abs() * SLAB_SLACK;
+            enter = if near > enter { near } else { enter };
+            leave = if far < leave { far } else { leave };
+        }
+        !(enter > leave)
+    }
+}

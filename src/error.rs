@@ -1,0 +1,85 @@
+//! What the engine refuses, and why.
+
+/// An input that the engine cannot take. Nothing was computed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A vertex position with a NaN or an infinite coordinate.
+    #[error("vertex {vertex} is not finite: {position:?}")]
+    NonFinitePosition {
+        /// Index into the positions.
+        vertex: usize,
+        /// The position as given.
+        position: [f32; 3],
+    },
+
+    /// A triangle that names a vertex that does not exist.
+    #[error("triangle {triangle} uses vertex {vertex}, but there are only {vertices} vertices")]
+    IndexOutOfRange {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The index that is too large.
+        vertex: u32,
+        /// The number of vertices.
+        vertices: usize,
+    },
+
+    /// More triangles than ids: `0xFFFF_FFFF` stands for a miss.
+    #[error("{triangles} triangles are more than the {} that ids can name", u32::MAX)]
+    TooManyTriangles {
+        /// The number of triangles given.
+        triangles: usize,
+    },
+
+    /// More rays than indices: at most 2³² − 1 in one call.
+    #[error("{rays} rays are more than the {} that one call takes", u32::MAX)]
+    TooManyRays {
+        /// The number of rays asked for.
+        rays: u64,
+    },
+
+    /// A ray origin outside the range in which the exact stage is exact.
+    #[error("origin {origin:?} must be finite, below 2^129, and a multiple of 2^-149")]
+    Origin {
+        /// The origin as given.
+        origin: [f64; 3],
+    },
+
+    /// A direction outside the range in which the exact stage is exact.
+    #[error("direction {direction:?} must not be zero, and each component must be 0 or of a size in [2^-240, 2^190]")]
+    Direction {
+        /// The direction as given.
+        direction: [f64; 3],
+    },
+
+    /// A ray interval that is empty, negative or out of range.
+    #[error("ray interval ({t_min}, {t_max}) must satisfy 0 <= t_min < t_max, each 0, infinite or in [2^-160, 2^130]")]
+    Interval {
+        /// The lower end as given.
+        t_min: f64,
+        /// The upper end as given.
+        t_max: f64,
+    },
+
+    /// A film whose spanning vectors do not span space, or without pixels.
+    #[error("the film spans no volume: {reason}")]
+    Film {
+        /// What is wrong.
+        reason: &'static str,
+    },
+
+    /// The host has told the processor to flush subnormal numbers to zero. The engine would not be exact.
+    #[error("this thread flushes subnormal numbers to zero (FTZ/DAZ); clear that mode before calling the engine")]
+    FlushToZero,
+}
+
+impl Error {
+    /// Whether the error lies in the rays (a camera, a light) rather than in the triangles.
+    #[must_use]
+    pub fn is_about_rays(&self) -> bool {
+        !matches!(
+            self,
+            Self::NonFinitePosition { .. } | Self::IndexOutOfRange { .. } | Self::TooManyTriangles { .. }
+        )
+    }
+}

@@ -1,0 +1,55 @@
+//! umbel-core: exact visibility for coherent rays, with nothing to build.
+//!
+//! Rays and triangles are divided together, recursively, and no hierarchy is stored. Rays that share an origin form a
+//! [`Pencil`]; one frustum or cone stands for many of them. The triangle reported for a ray is the one that exact arithmetic
+//! gives, on every path, thread count and machine.
+//!
+//! The way through: [`Triangles`] and a [`Pencil`] (or [`Ray`]s) go in; [`closest_hit`] or [`any_hit`] runs the recursion;
+//! [`Hits`] and [`Stats`] come out. There are no files and no images here; the package `umbel` has them.
+//!
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
+//! 2011.
+
+mod approx;
+mod bounds;
+mod cone;
+mod depth;
+mod error;
+mod expansion;
+mod film;
+mod frustum;
+mod general;
+mod hits;
+mod leaf;
+mod options;
+mod order;
+mod pencil;
+mod predicates;
+mod query;
+mod ray;
+mod recursion;
+mod runs;
+mod scattered;
+mod setup;
+mod stats;
+mod surface;
+mod triangles;
+mod window;
+
+pub use glam;
+
+pub use error::Error;
+pub use triangles::{TriangleId, Triangles};
+
+pub use film::{Film, GridFilm};
+pub use pencil::{Origin, Pencil, Rays};
+pub use ray::Ray;
+
+pub use bounds::Aabb;
+pub use cone::Cone;
+pub use frustum::Frustum;
+
+pub use hits::{Hit, Hits, NO_TRIANGLE};
+pub use options::{Accuracy, Options, Path};
+pub use query::{any_hit, closest_hit};
+pub use stats::Stats;

@@ -1,0 +1,31 @@
+//! What a caller may choose. Only [`Accuracy`] can change an output; everything else changes time alone.
+
+/// Which recursion answers the question. Both give the same answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Path {
+    /// One bound stands for a whole sub-pencil. Rays without a common origin take the general path all the same.
+    #[default]
+    Pencil,
+    /// Algorithm 1 of the paper: every ray is tested by itself. The reference for the pencils.
+    General,
+}
+
+/// What happens where f64 cannot decide.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Accuracy {
+    /// The decision is made in exact arithmetic: no cracks, no double hits.
+    #[default]
+    Exact,
+    /// The pencil path keeps the rounded decision. Shared edges stay closed; a ray within rounding distance of a vertex
+    /// may slip through.
+    Fast,
+}
+
+/// Options of a query. `Options::default()` is exact, by pencils.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Options {
+    /// Which recursion runs.
+    pub path: Path,
+    /// What happens where f64 cannot decide.
+    pub accuracy: Accuracy,
+}

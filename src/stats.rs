@@ -1,0 +1,75 @@
+//! Counters of one query. They explain where the time went; they depend on threads and are no output.
+
+/// What a query did. Returned by value; sums with [`Stats::add`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Stats {
+    /// Steps of the recursion.
+    pub nodes: u64,
+    /// Boxes tested against the frustum of a sub-pencil.
+    pub frustum_tests: u64,
+    /// Boxes tested against the cone of a sub-pencil.
+    pub cone_tests: u64,
+    /// Boxes tested against one ray.
+    pub box_tests: u64,
+    /// Boxes dropped because they lie outside the frustum or cone.
+    pub culled_by_bound: u64,
+    /// Boxes dropped because every ray of the sub-pencil has hit something nearer.
+    pub culled_by_depth: u64,
+    /// Triangles prepared for a sub-pencil or tested in a leaf of the general path.
+    pub triangles_set_up: u64,
+    /// Pairs of a ray and a triangle whose edge functions were evaluated.
+    pub samples_tested: u64,
+    /// Pairs whose coverage f64 could not decide.
+    pub ambiguous_coverage: u64,
+    /// Pairs of hits whose order f64 could not decide.
+    pub ambiguous_order: u64,
+    /// Peak bytes of the engine's own buffers: without triangles, rays and hits.
+    pub engine_bytes: u64,
+}
+
+impl Stats {
+    /// The sum of two parts of a query. Bytes add up, as both parts live at the same time.
+    #[must_use]
+    pub fn add(self, other: Self) -> Self {
+        let (mut sum, others) = (self, other.counters());
+        for (counter, (_, count)) in sum.counters_mut().into_iter().zip(others) {
+            *counter += count;
+        }
+        sum
+    }
+
+    /// All counters with their names, in a fixed order: for reports.
+    #[must_use]
+    pub fn counters(&self) -> [(&'static str, u64); 11] {
+        [
+            ("nodes", self.nodes),
+            ("frustum_tests", self.frustum_tests),
+            ("cone_tests", self.cone_tests),
+            ("box_tests", self.box_tests),
+            ("culled_by_bound", self.culled_by_bound),
+            ("culled_by_depth", self.culled_by_depth),
+            ("triangles_set_up", self.triangles_set_up),
+            ("samples_tested", self.samples_tested),
+            ("ambiguous_coverage", self.ambiguous_coverage),
+            ("ambiguous_order", self.ambiguous_order),
+            ("engine_bytes", self.engine_bytes),
+        ]
+    }
+
+    /// The counters in the order of [`Stats::counters`].
+    fn counters_mut(&mut self) -> [&mut u64; 11] {
+        [
+            &mut self.nodes,
+            &mut self.frustum_tests,
+            &mut self.cone_tests,
+            &mut self.box_tests,
+            &mut self.culled_by_bound,
+            &mut self.culled_by_depth,
+            &mut self.triangles_set_up,
+            &mut self.samples_tested,
+            &mut self.ambiguous_coverage,
+            &mut self.ambiguous_order,
+            &mut self.engine_bytes,
+        ]
+    }
+}

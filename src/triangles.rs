@@ -1,0 +1,93 @@
+//! Triangles as the engine takes them: borrowed positions and indices, checked once at the door.
+
+use glam::DVec3;
+
+use crate::{Aabb, Error};
+
+/// The id of a triangle: its index in the slice given to [`Triangles::new`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TriangleId(pub u32);
+
+/// Borrowed triangles: finite positions, indices in range. Nothing is copied.
+#[derive(Debug, Clone, Copy)]
+pub struct Triangles<'a> {
+    positions: &'a [[f32; 3]],
+    indices: &'a [[u32; 3]],
+}
+
+impl<'a> Triangles<'a> {
+    /// Checks and borrows `indices.len()` triangles over `positions`. O(n).
+    ///
+    /// Triangles without area are fine: no ray hits them, and they keep their id.
+    ///
+    /// # Errors
+    /// The first position that is not finite, the first index out of range, or too many triangles.
+    pub fn new(positions: &'a [[f32; 3]], indices: &'a [[u32; 3]]) -> Result<Self, Error> {
+        if u32::try_from(indices.len()).map_or(true, |count| count == u32::MAX) {
+            return Err(Error::TooManyTriangles { triangles: indices.len() });
+        }
+        let not_finite = |p: &[f32; 3]| !p.iter().all(|x| x.is_finite());
+        if let Some(vertex) = positions.iter().position(not_finite) {
+            return Err(Error::NonFinitePosition { vertex, position: positions[vertex] });
+        }
+        let vertices = positions.len();
+        for (triangle, corners) in indices.iter().enumerate() {
+            if let Some(&vertex) = corners.iter().find(|&&v| v as usize >= vertices) {
+                return Err(Error::IndexOutOfRange { triangle, vertex, vertices });
+            }
+        }
+        Ok(Self { positions, indices })
+    }
+
+    /// The number of triangles.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.indices.len()
+    }
+
+    /// Whether there is no triangle.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.indices.is_empty()
+    }
+
+    /// The corners of a triangle.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    #[must_use]
+    pub fn corners(&self, id: TriangleId) -> [[f32; 3]; 3] {
+        self.indices[id.0 as usize].map(|v| self.positions[v as usize])
+    }
+
+    /// The corners of a triangle in f64, which is exact.
+    pub(crate) fn triangle(&self, id: u32) -> Triangle {
+        let [a, b, c] = self.indices[id as usize].map(|v| widen(self.positions[v as usize]));
+        Triangle { a, b, c }
+    }
+
+    /// The box of one triangle.
+    pub(crate) fn bounds(&self, id: u32) -> Aabb {
+        Aabb::of_points(self.corners(TriangleId(id)))
+    }
+}
+
+/// One triangle in f64: each coordinate is an f32 value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Triangle {
+    pub(crate) a: DVec3,
+    pub(crate) b: DVec3,
+    pub(crate) c: DVec3,
+}
+
+impl Triangle {
+    /// The oriented edges a→b, b→c, c→a.
+    pub(crate) fn edges(&self) -> [(DVec3, DVec3); 3] {
+        [(self.a, self.b), (self.b, self.c), (self.c, self.a)]
+    }
+}
+
+/// An f32 point in f64, exactly.
+pub(crate) fn widen(p: [f32; 3]) -> DVec3 {
+    DVec3::from_array(p.map(f64::from))
+}
