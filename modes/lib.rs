@@ -21,8 +21,8 @@
 //! ```
 
 pub use umbel_core::{
-    Aabb, Accuracy, Cone, Film, Frustum, GridFilm, Hit, Hits, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays,
-    Stats, TriangleId, Triangles, any_hit, closest_hit, glam,
+    Aabb, Accuracy, Cone, Film, Frustum, GridFilm, Hit, Hits, NO_TRIANGLE, Options, Origin, Path,
+    Pencil, Ray, Rays, Stats, TriangleId, Triangles, any_hit, closest_hit, glam,
 };
 
 mod builtin;

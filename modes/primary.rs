@@ -56,7 +56,11 @@ pub enum AovData {
 ///
 /// # Errors
 /// When the camera or the scene is refused.
-pub fn visibility(scene: &Scene, camera: &Camera, options: &Options) -> Result<(VisibilityBuffer, Stats), Error> {
+pub fn visibility(
+    scene: &Scene,
+    camera: &Camera,
+    options: &Options,
+) -> Result<(VisibilityBuffer, Stats), Error> {
     let shot = camera.shot()?;
     let triangles = scene.geometry()?;
     let (hits, stats) = closest_hit(&triangles, &shot.pencil, options)?;
@@ -87,8 +91,15 @@ pub fn preview(
     for pass in 0..samples {
         let shot = camera.subpixel_shot(pass, samples)?;
         let (hits, _) = closest_hit(&triangles, &shot.pencil, options)?;
-        let pixels = VisibilityBuffer { shot, hits, pixels: buffer.pixels }.shade(&shader, camera);
-        sum.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
+        let pixels = VisibilityBuffer {
+            shot,
+            hits,
+            pixels: buffer.pixels,
+        }
+        .shade(&shader, camera);
+        sum.par_iter_mut()
+            .zip(pixels)
+            .for_each(|(sum, value)| *sum += value);
         progress(pass + 1);
     }
     let count = samples as f32;
@@ -135,7 +146,12 @@ impl VisibilityBuffer {
 
     /// The object of each pixel.
     fn objects(&self, scene: &Scene) -> Vec<u32> {
-        let object = |&id: &u32| scene.object_of(id).and_then(|index| u32::try_from(index).ok()).unwrap_or(NO_TRIANGLE);
+        let object = |&id: &u32| {
+            scene
+                .object_of(id)
+                .and_then(|index| u32::try_from(index).ok())
+                .unwrap_or(NO_TRIANGLE)
+        };
         let objects: Vec<u32> = self.hits.ids().par_iter().map(object).collect();
         self.spread(&objects, &[NO_TRIANGLE])
     }
@@ -146,8 +162,15 @@ impl VisibilityBuffer {
         miss: [f32; C],
         derive: impl Fn(&Ray, &Hit) -> [f32; C] + Sync,
     ) -> AovData {
-        let of_ray = |k: usize| self.hits.get(k).map_or(miss, |hit| derive(&self.shot.pencil.ray(k), &hit));
-        let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
+        let of_ray = |k: usize| {
+            self.hits
+                .get(k)
+                .map_or(miss, |hit| derive(&self.shot.pencil.ray(k), &hit))
+        };
+        let values: Vec<f32> = (0..self.hits.len())
+            .into_par_iter()
+            .flat_map_iter(of_ray)
+            .collect();
         AovData::F32(C, self.spread(&values, &miss))
     }
 
@@ -156,20 +179,29 @@ impl VisibilityBuffer {
         let width = camera.width as usize;
         let rows = camera.rows() as usize;
         let of_ray = |k: usize| {
-            let pixel = self.shot.pixels.as_ref().map_or(k, |pixels| pixels[k] as usize);
+            let pixel = self
+                .shot
+                .pixels
+                .as_ref()
+                .map_or(k, |pixels| pixels[k] as usize);
             let height = (pixel / width) as f32 / rows as f32;
             match self.hits.get(k) {
                 Some(hit) => shader.shade(&self.shot.pencil.ray(k), &hit, camera.up),
                 None => background(height),
             }
         };
-        let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
+        let values: Vec<f32> = (0..self.hits.len())
+            .into_par_iter()
+            .flat_map_iter(of_ray)
+            .collect();
         self.spread(&values, &[0.0; 3])
     }
 
     /// Values of rays, each of `miss.len()` numbers, as values of pixels; pixels without a ray get `miss`.
     fn spread<T: Copy>(&self, of_rays: &[T], miss: &[T]) -> Vec<T> {
-        let Some(pixels) = &self.shot.pixels else { return of_rays.to_vec() };
+        let Some(pixels) = &self.shot.pixels else {
+            return of_rays.to_vec();
+        };
         let mut of_pixels = miss.repeat(self.pixels);
         for (&pixel, values) in pixels.iter().zip(of_rays.chunks(miss.len())) {
             let first = pixel as usize * miss.len();

@@ -75,8 +75,13 @@ impl Approx {
     /// one rounding; five roundings of the bound are paid for by the factor.
     pub(crate) fn times(self, other: Self) -> Self {
         let value = self.value * other.value;
-        let error = self.value.abs() * other.error + other.value.abs() * self.error + self.error * other.error;
-        Self { value, error: (error + value.abs() * U) * (1.0 + 8.0 * U) + UNDERFLOW }
+        let error = self.value.abs() * other.error
+            + other.value.abs() * self.error
+            + self.error * other.error;
+        Self {
+            value,
+            error: (error + value.abs() * U) * (1.0 + 8.0 * U) + UNDERFLOW,
+        }
     }
 
     /// The quotient; of infinite error where the divisor may be zero, so that every comparison is in doubt.
@@ -84,17 +89,26 @@ impl Approx {
         let value = self.value / divisor.value;
         let size = divisor.value.abs() - divisor.error;
         if size <= 0.0 || size.is_nan() {
-            return Self { value: 0.0, error: f64::INFINITY };
+            return Self {
+                value: 0.0,
+                error: f64::INFINITY,
+            };
         }
         let error = (self.error + value.abs() * divisor.error) / size + value.abs() * U;
-        Self { value, error: error * (1.0 + 8.0 * U) }
+        Self {
+            value,
+            error: error * (1.0 + 8.0 * U),
+        }
     }
 
     /// The difference, with its one rounding.
     pub(crate) fn minus(self, other: Self) -> Self {
         let value = self.value - other.value;
         let error = self.error + other.error;
-        Self { value, error: (error + value.abs() * U) * (1.0 + 4.0 * U) }
+        Self {
+            value,
+            error: (error + value.abs() * U) * (1.0 + 4.0 * U),
+        }
     }
 }
 
@@ -109,14 +123,20 @@ impl Cross {
     /// y×z for vectors that are exact or rounded once.
     pub(crate) fn of(y: DVec3, z: DVec3) -> Self {
         let (p, q) = (y.yzx() * z.zxy(), y.zxy() * z.yzx());
-        Self { value: p - q, permanent: p.abs() + q.abs() }
+        Self {
+            value: p - q,
+            permanent: p.abs() + q.abs(),
+        }
     }
 
     /// x·(y×z) for a vector x that is exact or rounded once.
     pub(crate) fn dot(&self, x: DVec3) -> Approx {
         let value = x.x * self.value.x + x.y * self.value.y + x.z * self.value.z;
         let m = x.abs() * self.permanent;
-        Approx { value, error: TRIPLE_PRODUCT_ERROR * (m.x + m.y + m.z) }
+        Approx {
+            value,
+            error: TRIPLE_PRODUCT_ERROR * (m.x + m.y + m.z),
+        }
     }
 }
 

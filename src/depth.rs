@@ -9,12 +9,12 @@
 
 use std::mem::size_of;
 
+use crate::approx::Sign;
 use crate::bounds::U;
 use crate::hits::NO_TRIANGLE;
 use crate::pencil::Origin;
 use crate::predicates::{Distance, saturate};
 use crate::ray::Ray;
-use crate::approx::Sign;
 use crate::triangles::Triangles;
 use crate::window::Row;
 
@@ -31,7 +31,11 @@ struct Nearest {
     id: u32,
 }
 
-const NOTHING: Nearest = Nearest { key: f64::NEG_INFINITY, error: 0.0, id: NO_TRIANGLE };
+const NOTHING: Nearest = Nearest {
+    key: f64::NEG_INFINITY,
+    error: 0.0,
+    id: NO_TRIANGLE,
+};
 
 /// A hit that is to be compared with the nearest one.
 #[derive(Debug, Clone, Copy)]
@@ -86,13 +90,25 @@ impl DepthBuffer {
             if self.stale[block] {
                 self.stale[block] = false;
                 let end = (block * BLOCK + BLOCK).min(self.rays.len());
-                let keys = self.rays[block * BLOCK..end].iter().map(|ray| ray.key - ray.error);
+                let keys = self.rays[block * BLOCK..end]
+                    .iter()
+                    .map(|ray| ray.key - ray.error);
                 // One rounding of the difference, toward −∞ at worst.
-                let least = keys.fold(f64::INFINITY, |least, key| if key < least { key } else { least });
-                self.far[block] = if least.is_finite() { least - least.abs() * U } else { least };
+                let least = keys.fold(
+                    f64::INFINITY,
+                    |least, key| if key < least { key } else { least },
+                );
+                self.far[block] = if least.is_finite() {
+                    least - least.abs() * U
+                } else {
+                    least
+                };
             }
         }
-        self.farthest = self.far.iter().fold(f64::INFINITY, |least, &key| if key < least { key } else { least });
+        self.farthest = self.far.iter().fold(
+            f64::INFINITY,
+            |least, &key| if key < least { key } else { least },
+        );
     }
 
     /// Whether something whose keys are at most `key` is hidden from all rays.
@@ -122,7 +138,8 @@ impl DepthBuffer {
     ) {
         let nearest = self.rays[index];
         // Both sums round once; errors are bounded with room for that.
-        let reach = (candidate.error + nearest.error) * (1.0 + 4.0 * U) + candidate.key.abs() * (2.0 * U);
+        let reach =
+            (candidate.error + nearest.error) * (1.0 + 4.0 * U) + candidate.key.abs() * (2.0 * U);
         let gap = candidate.key - nearest.key;
         let replace = if nearest.id == NO_TRIANGLE || gap > reach {
             true
@@ -134,14 +151,22 @@ impl DepthBuffer {
             gap > 0.0 || (gap == 0.0 && candidate.id < nearest.id)
         };
         if replace {
-            self.rays[index] = Nearest { key: candidate.key, error: candidate.error, id: candidate.id };
+            self.rays[index] = Nearest {
+                key: candidate.key,
+                error: candidate.error,
+                id: candidate.id,
+            };
             self.stale[index / BLOCK] = true;
         }
     }
 
     /// Notes that a ray has hit something and that nothing more about it matters.
     pub(crate) fn settle(&mut self, index: usize, id: u32) {
-        self.rays[index] = Nearest { key: f64::INFINITY, error: 0.0, id };
+        self.rays[index] = Nearest {
+            key: f64::INFINITY,
+            error: 0.0,
+            id,
+        };
         self.stale[index / BLOCK] = true;
     }
 
@@ -160,7 +185,11 @@ impl DepthBuffer {
         ray: impl Fn(usize) -> Ray,
     ) {
         let rays = &self.rays[first..first + ids.len()];
-        for (place, (nearest, (id, t))) in rays.iter().zip(ids.iter_mut().zip(ts.iter_mut())).enumerate() {
+        for (place, (nearest, (id, t))) in rays
+            .iter()
+            .zip(ids.iter_mut().zip(ts.iter_mut()))
+            .enumerate()
+        {
             if nearest.id == NO_TRIANGLE {
                 continue;
             }
@@ -185,7 +214,10 @@ fn rounded_distance(nearest: &Nearest, origin: Origin) -> Option<f32> {
         _ => return None,
     };
     // A difference and a quotient: two roundings.
-    let (least, greatest) = (saturate(least * (1.0 - 4.0 * U)), saturate(greatest * (1.0 + 4.0 * U)));
+    let (least, greatest) = (
+        saturate(least * (1.0 - 4.0 * U)),
+        saturate(greatest * (1.0 + 4.0 * U)),
+    );
     (least == greatest).then_some(least)
 }
 

@@ -25,7 +25,10 @@ pub enum Error {
     },
 
     /// More triangles than ids: `0xFFFF_FFFF` stands for a miss.
-    #[error("{triangles} triangles are more than the {} that ids can name", u32::MAX)]
+    #[error(
+        "{triangles} triangles are more than the {} that ids can name",
+        u32::MAX
+    )]
     TooManyTriangles {
         /// The number of triangles given.
         triangles: usize,
@@ -46,14 +49,18 @@ pub enum Error {
     },
 
     /// A direction outside the range in which the exact stage is exact.
-    #[error("direction {direction:?} must not be zero, and each component must be 0 or of a size in [2^-240, 2^190]")]
+    #[error(
+        "direction {direction:?} must not be zero, and each component must be 0 or of a size in [2^-240, 2^190]"
+    )]
     Direction {
         /// The direction as given.
         direction: [f64; 3],
     },
 
     /// A ray interval that is empty, negative or out of range.
-    #[error("ray interval ({t_min}, {t_max}) must satisfy 0 <= t_min < t_max, each 0, infinite or in [2^-160, 2^130]")]
+    #[error(
+        "ray interval ({t_min}, {t_max}) must satisfy 0 <= t_min < t_max, each 0, infinite or in [2^-160, 2^130]"
+    )]
     Interval {
         /// The lower end as given.
         t_min: f64,
@@ -69,7 +76,9 @@ pub enum Error {
     },
 
     /// The host has told the processor to flush subnormal numbers to zero. The engine would not be exact.
-    #[error("this thread flushes subnormal numbers to zero (FTZ/DAZ); clear that mode before calling the engine")]
+    #[error(
+        "this thread flushes subnormal numbers to zero (FTZ/DAZ); clear that mode before calling the engine"
+    )]
     FlushToZero,
 }
 
@@ -79,7 +88,9 @@ impl Error {
     pub fn is_about_rays(&self) -> bool {
         !matches!(
             self,
-            Self::NonFinitePosition { .. } | Self::IndexOutOfRange { .. } | Self::TooManyTriangles { .. }
+            Self::NonFinitePosition { .. }
+                | Self::IndexOutOfRange { .. }
+                | Self::TooManyTriangles { .. }
         )
     }
 }

@@ -55,14 +55,28 @@ struct Query<'a> {
 }
 
 /// Finds the nearest, or any, hit of each ray.
-pub(crate) fn intersect(triangles: &Triangles<'_>, rays: Rays<'_>, any: bool, hits: &mut Hits) -> Stats {
+pub(crate) fn intersect(
+    triangles: &Triangles<'_>,
+    rays: Rays<'_>,
+    any: bool,
+    hits: &mut Hits,
+) -> Stats {
     // In range: both counts fit u32.
     let mut objects: Vec<u32> = (0..triangles.len() as u32).collect();
-    let start = |ray| Active { ray, id: NO_TRIANGLE, t_max: rays.ray(ray).t_max };
+    let start = |ray| Active {
+        ray,
+        id: NO_TRIANGLE,
+        t_max: rays.ray(ray).t_max,
+    };
     let mut active: Vec<Active> = (0..rays.len() as u32).map(start).collect();
     let bytes = objects.capacity() * size_of::<u32>() + active.capacity() * size_of::<Active>();
 
-    let query = Query { triangles, rays, ties: rays.ties(), any };
+    let query = Query {
+        triangles,
+        rays,
+        ties: rays.ties(),
+        any,
+    };
     let bounds = bounds_of(triangles, &objects);
     let mut stats = query.recurse(&mut active, &mut objects, &bounds);
     stats.engine_bytes += bytes as u64;
@@ -71,7 +85,8 @@ pub(crate) fn intersect(triangles: &Triangles<'_>, rays: Rays<'_>, any: bool, hi
         if id != NO_TRIANGLE {
             hits.ids[ray as usize] = id;
             if !any {
-                hits.ts[ray as usize] = Distance::new(&rays.ray(ray), &triangles.triangle(id)).rounded();
+                hits.ts[ray as usize] =
+                    Distance::new(&rays.ray(ray), &triangles.triangle(id)).rounded();
             }
         }
     }
@@ -81,7 +96,11 @@ pub(crate) fn intersect(triangles: &Triangles<'_>, rays: Rays<'_>, any: bool, hi
 impl Query<'_> {
     /// One step of Algorithm 1.
     fn recurse(&self, rays: &mut [Active], objects: &mut [u32], bounds: &Aabb) -> Stats {
-        let mut stats = Stats { nodes: 1, box_tests: rays.len() as u64, ..Stats::default() };
+        let mut stats = Stats {
+            nodes: 1,
+            box_tests: rays.len() as u64,
+            ..Stats::default()
+        };
         let active = partition(rays, |active| self.may_meet(active, bounds));
         stats.culled_by_bound += (rays.len() - active) as u64;
         let rays = &mut rays[..active];
@@ -95,16 +114,29 @@ impl Query<'_> {
         let axis = bounds.longest_axis();
         let parallel = rays.len() * objects.len() > PARALLEL_PAIRS;
         let (left, right) = self.split(objects, bounds, axis);
-        let (left_box, right_box) = (bounds_of(self.triangles, left), bounds_of(self.triangles, right));
-        let left_first = partition(rays, |active| self.rays.ray(active.ray).direction[axis] >= 0.0);
+        let (left_box, right_box) = (
+            bounds_of(self.triangles, left),
+            bounds_of(self.triangles, right),
+        );
+        let left_first = partition(rays, |active| {
+            self.rays.ray(active.ray).direction[axis] >= 0.0
+        });
         let (left_first, right_first) = rays.split_at_mut(left_first);
 
         // Near side first, then the far side with what the near side has found.
         for swapped in [false, true] {
-            let (one, other) = if swapped { (&mut *right_first, &mut *left_first) } else { (&mut *left_first, &mut *right_first) };
+            let (one, other) = if swapped {
+                (&mut *right_first, &mut *left_first)
+            } else {
+                (&mut *left_first, &mut *right_first)
+            };
             let mut one = || self.recurse(one, left, &left_box);
             let mut other = || self.recurse(other, right, &right_box);
-            let (one, other) = if parallel { rayon::join(one, other) } else { (one(), other()) };
+            let (one, other) = if parallel {
+                rayon::join(one, other)
+            } else {
+                (one(), other())
+            };
             stats = stats.add(one).add(other);
         }
         stats
@@ -117,20 +149,28 @@ impl Query<'_> {
 
     /// Whether a ray may still find something in a box.
     fn may_meet(&self, active: &Active, bounds: &Aabb) -> bool {
-        !(self.any && active.id != NO_TRIANGLE) && bounds.may_meet(&self.rays.ray(active.ray), active.t_max)
+        !(self.any && active.id != NO_TRIANGLE)
+            && bounds.may_meet(&self.rays.ray(active.ray), active.t_max)
     }
 
     /// Splits objects by their centres at the middle of the longest side; in halves where that separates nothing.
-    fn split<'b>(&self, objects: &'b mut [u32], bounds: &Aabb, axis: usize) -> (&'b mut [u32], &'b mut [u32]) {
+    fn split<'b>(
+        &self,
+        objects: &'b mut [u32],
+        bounds: &Aabb,
+        axis: usize,
+    ) -> (&'b mut [u32], &'b mut [u32]) {
         let centre = |id: u32| self.triangles.bounds(id).centre()[axis];
         let middle = bounds.centre()[axis];
         let mut left = partition(objects, |&id| centre(id) < middle);
         if left == 0 || left == objects.len() {
             // All centres on one side: the middle of the centres, then of the count.
-            let range = objects.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &id| {
-                let c = centre(id);
-                (lo.min(c), hi.max(c))
-            });
+            let range = objects
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &id| {
+                    let c = centre(id);
+                    (lo.min(c), hi.max(c))
+                });
             let middle = (range.0 + range.1) * 0.5;
             left = partition(objects, |&id| centre(id) < middle);
             if left == 0 || left == objects.len() {
@@ -142,7 +182,10 @@ impl Query<'_> {
 
     /// "DirectlyIntersect": all pairs.
     fn leaf(&self, rays: &mut [Active], objects: &[u32]) -> Stats {
-        let mut stats = Stats { triangles_set_up: objects.len() as u64, ..Stats::default() };
+        let mut stats = Stats {
+            triangles_set_up: objects.len() as u64,
+            ..Stats::default()
+        };
         for &id in objects {
             let triangle = self.triangles.triangle(id);
             for active in rays.iter_mut() {
@@ -160,10 +203,20 @@ impl Query<'_> {
                     continue;
                 }
                 let nearer = active.id == NO_TRIANGLE
-                    || precedes(&ray, id, active.id, self.triangles, &mut stats.ambiguous_order);
+                    || precedes(
+                        &ray,
+                        id,
+                        active.id,
+                        self.triangles,
+                        &mut stats.ambiguous_order,
+                    );
                 if nearer {
                     active.id = id;
-                    active.t_max = if greatest < active.t_max { greatest } else { active.t_max };
+                    active.t_max = if greatest < active.t_max {
+                        greatest
+                    } else {
+                        active.t_max
+                    };
                 }
             }
         }
@@ -173,7 +226,9 @@ impl Query<'_> {
 
 /// The box of some triangles.
 fn bounds_of(triangles: &Triangles<'_>, objects: &[u32]) -> Aabb {
-    objects.iter().fold(Aabb::EMPTY, |bounds, &id| bounds.union(triangles.bounds(id)))
+    objects.iter().fold(Aabb::EMPTY, |bounds, &id| {
+        bounds.union(triangles.bounds(id))
+    })
 }
 
 /// Moves what satisfies the predicate to the front and returns how many those are. O(n), in place.

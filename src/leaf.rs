@@ -55,8 +55,14 @@ impl<'a> Tile<'a> {
     /// A tile of at most [`TILE_SIDE`] squared rays.
     pub(crate) fn new(query: FilmQuery<'a>, rect: Rect) -> Self {
         let film = query.film;
-        let x = Interval { lo: film.x(rect.x0), hi: film.x(rect.x1 - 1) };
-        let y = Interval { lo: film.y(rect.y1 - 1), hi: film.y(rect.y0) };
+        let x = Interval {
+            lo: film.x(rect.x0),
+            hi: film.x(rect.x1 - 1),
+        };
+        let y = Interval {
+            lo: film.y(rect.y1 - 1),
+            hi: film.y(rect.y0),
+        };
         let frustum = Frustum::new(query.projection, x, y, Interval { lo: 0.0, hi: 0.0 });
         let reach = [x.lo.abs().max(x.hi.abs()), y.lo.abs().max(y.hi.abs())];
         let mut depth = DepthBuffer::new((TILE_SIDE * TILE_SIDE) as usize);
@@ -65,7 +71,13 @@ impl<'a> Tile<'a> {
             (outside..TILE_SIDE).for_each(|x| depth.exclude(place(x, y)));
         }
         depth.mark_all_stale();
-        Self { query, rect, frustum, reach, depth }
+        Self {
+            query,
+            rect,
+            frustum,
+            reach,
+            depth,
+        }
     }
 
     /// The greatest depth key of anything that lies no nearer than `t`.
@@ -76,11 +88,18 @@ impl<'a> Tile<'a> {
     /// Tests one triangle against all rays of the tile.
     pub(crate) fn intersect(&mut self, id: u32, stats: &mut Stats) {
         let triangle = self.query.triangles.triangle(id);
-        let Some(rect) = self.covered_rect(&triangle) else { return };
+        let Some(rect) = self.covered_rect(&triangle) else {
+            return;
+        };
         stats.triangles_set_up += 1;
         let FilmQuery { origin, film, .. } = self.query;
-        let Some(setup) = set_up(origin, film, &triangle, self.reach) else { return };
-        let (first, last) = ((rect.x0 / BLOCK_SIDE, rect.y0 / BLOCK_SIDE), (rect.x1 - 1, rect.y1 - 1));
+        let Some(setup) = set_up(origin, film, &triangle, self.reach) else {
+            return;
+        };
+        let (first, last) = (
+            (rect.x0 / BLOCK_SIDE, rect.y0 / BLOCK_SIDE),
+            (rect.x1 - 1, rect.y1 - 1),
+        );
         for by in first.1..=last.1 / BLOCK_SIDE {
             for bx in first.0..=last.0 / BLOCK_SIDE {
                 let block = Rect {
@@ -89,7 +108,14 @@ impl<'a> Tile<'a> {
                     x1: rect.x1.min((bx + 1) * BLOCK_SIDE),
                     y1: rect.y1.min((by + 1) * BLOCK_SIDE),
                 };
-                self.intersect_block((by * TILE_BLOCKS + bx) as usize, block, id, &triangle, &setup, stats);
+                self.intersect_block(
+                    (by * TILE_BLOCKS + bx) as usize,
+                    block,
+                    id,
+                    &triangle,
+                    &setup,
+                    stats,
+                );
             }
         }
     }
@@ -97,7 +123,12 @@ impl<'a> Tile<'a> {
     /// The rays of the tile that the triangle's projection can touch, relative to the tile; `None` for none.
     fn covered_rect(&self, triangle: &Triangle) -> Option<Rect> {
         let Triangle { a, b, c } = *triangle;
-        let whole = Rect { x0: 0, y0: 0, x1: self.rect.width(), y1: self.rect.height() };
+        let whole = Rect {
+            x0: 0,
+            y0: 0,
+            x1: self.rect.width(),
+            y1: self.rect.height(),
+        };
         let project = |p| self.query.projection.project(p);
         let (Some(a), Some(b), Some(c)) = (project(a), project(b), project(c)) else {
             // Crosses the plane of the eye: the sides of the frustum may still tell.
@@ -125,9 +156,20 @@ impl<'a> Tile<'a> {
     ) {
         // Classify the block by the values at its middle and how far they can vary.
         let film = self.query.film;
-        let (x0, x1) = (film.x(self.rect.x0 + rect.x0), film.x(self.rect.x0 + rect.x1 - 1));
-        let (y0, y1) = (film.y(self.rect.y0 + rect.y0), film.y(self.rect.y0 + rect.y1 - 1));
-        let (x, y, rx, ry) = ((x0 + x1) * 0.5, (y0 + y1) * 0.5, (x1 - x0) * 0.5, (y0 - y1) * 0.5);
+        let (x0, x1) = (
+            film.x(self.rect.x0 + rect.x0),
+            film.x(self.rect.x0 + rect.x1 - 1),
+        );
+        let (y0, y1) = (
+            film.y(self.rect.y0 + rect.y0),
+            film.y(self.rect.y0 + rect.y1 - 1),
+        );
+        let (x, y, rx, ry) = (
+            (x0 + x1) * 0.5,
+            (y0 + y1) * 0.5,
+            (x1 - x0) * 0.5,
+            (y0 - y1) * 0.5,
+        );
         let mut inside = true;
         for edge in &setup.edges {
             let (value, range) = (edge.at(x, y), edge.x.abs() * rx + edge.y.abs() * ry);
@@ -150,7 +192,10 @@ impl<'a> Tile<'a> {
     }
 
     /// Tests one triangle against one ray; `inside` where its edges are known to be.
-    #[expect(clippy::too_many_arguments, reason = "the innermost step: everything is in registers")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the innermost step: everything is in registers"
+    )]
     fn intersect_ray(
         &mut self,
         i: u32,
@@ -162,7 +207,14 @@ impl<'a> Tile<'a> {
         stats: &mut Stats,
     ) {
         let index = place(i, j);
-        let FilmQuery { origin, film, accuracy, any, triangles, .. } = self.query;
+        let FilmQuery {
+            origin,
+            film,
+            accuracy,
+            any,
+            triangles,
+            ..
+        } = self.query;
         let (i, j) = (self.rect.x0 + i, self.rect.y0 + j);
         let (x, y) = (film.x(i), film.y(j));
         stats.samples_tested += 1;
@@ -186,7 +238,11 @@ impl<'a> Tile<'a> {
 
         // Depth: drop what lies behind before any exact work; at infinity a ray starts at its start point.
         let key = setup.key.at(x, y);
-        let candidate = Candidate { id, key, error: setup.key.error };
+        let candidate = Candidate {
+            id,
+            key,
+            error: setup.key.error,
+        };
         if self.depth.is_behind(index, &candidate) {
             return;
         }
@@ -199,29 +255,50 @@ impl<'a> Tile<'a> {
         let ray = || -> Ray { origin.ray(film.at(i, j)) };
         if !certain
             && accuracy == Accuracy::Exact
-            && !covers(&ray(), triangle, origin.ties(), &mut stats.ambiguous_coverage)
+            && !covers(
+                &ray(),
+                triangle,
+                origin.ties(),
+                &mut stats.ambiguous_coverage,
+            )
         {
             return;
         }
         if any {
             self.depth.settle(index, id);
         } else {
-            let exact: Option<&dyn Fn() -> Ray> = if accuracy == Accuracy::Exact { Some(&ray) } else { None };
-            self.depth.offer(index, candidate, triangles, exact, &mut stats.ambiguous_order);
+            let exact: Option<&dyn Fn() -> Ray> = if accuracy == Accuracy::Exact {
+                Some(&ray)
+            } else {
+                None
+            };
+            self.depth.offer(
+                index,
+                candidate,
+                triangles,
+                exact,
+                &mut stats.ambiguous_order,
+            );
         }
     }
 
     /// Writes what the rays have hit.
     pub(crate) fn write(&self, window: &mut Window<'_>) {
-        let FilmQuery { origin, film, triangles, .. } = self.query;
+        let FilmQuery {
+            origin,
+            film,
+            triangles,
+            ..
+        } = self.query;
         for (j, (ids, ts)) in (0..).zip(&mut window.rows) {
             for i in (0..self.rect.width()).step_by(BLOCK_SIDE as usize) {
                 let columns = i as usize..(i + BLOCK_SIDE).min(self.rect.width()) as usize;
                 let mut row = (&mut ids[columns.clone()], &mut ts[columns]);
-                self.depth.write(place(i, j), &mut row, origin, triangles, |k| {
-                    // In range: fewer than eight columns.
-                    origin.ray(film.at(self.rect.x0 + i + k as u32, self.rect.y0 + j))
-                });
+                self.depth
+                    .write(place(i, j), &mut row, origin, triangles, |k| {
+                        // In range: fewer than eight columns.
+                        origin.ray(film.at(self.rect.x0 + i + k as u32, self.rect.y0 + j))
+                    });
             }
         }
     }
@@ -249,6 +326,17 @@ pub(crate) fn greatest_key(origin: Origin, t: f64) -> f64 {
 fn whole_between(lo: f64, hi: f64, count: u32) -> (u32, u32) {
     let lo = (lo - COLUMN_SLACK).ceil();
     let hi = (hi + COLUMN_SLACK).floor() + 1.0;
-    let bound = |x: f64| if x <= 0.0 { 0 } else if x < f64::from(count) { x as u32 } else { count };
-    (if lo.is_nan() { 0 } else { bound(lo) }, if hi.is_nan() { count } else { bound(hi) })
+    let bound = |x: f64| {
+        if x <= 0.0 {
+            0
+        } else if x < f64::from(count) {
+            x as u32
+        } else {
+            count
+        }
+    };
+    (
+        if lo.is_nan() { 0 } else { bound(lo) },
+        if hi.is_nan() { count } else { bound(hi) },
+    )
 }

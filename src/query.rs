@@ -27,23 +27,35 @@ pub fn any_hit<'a>(
     options: &Options,
 ) -> Result<(Vec<bool>, Stats), Error> {
     let (hits, stats) = run(triangles, rays.into(), options, true)?;
-    Ok(((0..hits.len()).map(|ray| hits.get(ray).is_some()).collect(), stats))
+    Ok((
+        (0..hits.len()).map(|ray| hits.get(ray).is_some()).collect(),
+        stats,
+    ))
 }
 
 /// Checks the rays and takes the path of the options.
-fn run(triangles: &Triangles<'_>, rays: Rays<'_>, options: &Options, any: bool) -> Result<(Hits, Stats), Error> {
+fn run(
+    triangles: &Triangles<'_>,
+    rays: Rays<'_>,
+    options: &Options,
+    any: bool,
+) -> Result<(Hits, Stats), Error> {
     if flushes_to_zero() {
         return Err(Error::FlushToZero);
     }
     if let Rays::General(rays) = rays {
         if u32::try_from(rays.len()).is_err() {
-            return Err(Error::TooManyRays { rays: rays.len() as u64 });
+            return Err(Error::TooManyRays {
+                rays: rays.len() as u64,
+            });
         }
         rays.iter().try_for_each(crate::Ray::check)?;
     }
     let mut hits = Hits::missed(rays.len());
     let stats = match (rays, options.path) {
-        (Rays::Pencil(pencil), Path::Pencil) => recursion::intersect(triangles, pencil, options, any, &mut hits),
+        (Rays::Pencil(pencil), Path::Pencil) => {
+            recursion::intersect(triangles, pencil, options, any, &mut hits)
+        }
         _ => general::intersect(triangles, rays, any, &mut hits),
     };
     Ok((hits, stats))
@@ -52,5 +64,8 @@ fn run(triangles: &Triangles<'_>, rays: Rays<'_>, options: &Options, any: bool) 
 /// Whether this thread or the pool's threads were told to treat subnormal numbers as zero.
 fn flushes_to_zero() -> bool {
     let flushes = || std::hint::black_box(f64::MIN_POSITIVE) * std::hint::black_box(0.5) == 0.0;
-    flushes() || rayon::broadcast(|_| flushes()).into_iter().any(|flushes| flushes)
+    flushes()
+        || rayon::broadcast(|_| flushes())
+            .into_iter()
+            .any(|flushes| flushes)
 }

@@ -34,7 +34,12 @@ impl Ray {
     /// The ray 0 < t < ∞.
     #[must_use]
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
-        Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
+        Self {
+            origin,
+            direction,
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        }
     }
 
     /// Checks the ranges within which every decision is exact.
@@ -67,12 +72,22 @@ pub(crate) enum Ties {
 pub(crate) fn check_origin(origin: DVec3) -> Result<(), Error> {
     // Scaling by a power of two is exact below the limit, so a whole number is a multiple of the grid.
     let fits = |x: f64| x.abs() < ORIGIN_LIMIT && (x / ORIGIN_GRID).fract() == 0.0;
-    if origin.to_array().into_iter().all(fits) { Ok(()) } else { Err(Error::Origin { origin: origin.to_array() }) }
+    if origin.to_array().into_iter().all(fits) {
+        Ok(())
+    } else {
+        Err(Error::Origin {
+            origin: origin.to_array(),
+        })
+    }
 }
 
 /// Refuses directions for which the exact stage could underflow or overflow.
 pub(crate) fn check_direction(direction: DVec3) -> Result<(), Error> {
     let fits = |x: f64| x == 0.0 || (DIRECTION_MIN..=DIRECTION_MAX).contains(&x.abs());
     let d = direction.to_array();
-    if d.into_iter().all(fits) && d != [0.0; 3] { Ok(()) } else { Err(Error::Direction { direction: d }) }
+    if d.into_iter().all(fits) && d != [0.0; 3] {
+        Ok(())
+    } else {
+        Err(Error::Direction { direction: d })
+    }
 }

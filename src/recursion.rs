@@ -31,7 +31,10 @@ pub(crate) fn intersect(
     hits: &mut Hits,
 ) -> Stats {
     let runs = Runs::new(triangles);
-    let mut stats = Stats { engine_bytes: runs.bytes() as u64, ..Stats::default() };
+    let mut stats = Stats {
+        engine_bytes: runs.bytes() as u64,
+        ..Stats::default()
+    };
     // In range: a pencil has fewer than 2³² rays.
     let sizes = pencil.films().iter().map(|film| match film {
         Film::Grid(grid) => (grid.width(), grid.height()),
@@ -41,14 +44,29 @@ pub(crate) fn intersect(
         let accuracy = options.accuracy;
         stats = stats.add(match film {
             Film::Grid(film) => {
-                let Some(projection) = Projection::new(pencil.origin(), film.span()) else { continue };
+                let Some(projection) = Projection::new(pencil.origin(), film.span()) else {
+                    continue;
+                };
                 let origin = pencil.origin();
-                let query = FilmQuery { triangles, origin, film, projection: &projection, accuracy, any };
+                let query = FilmQuery {
+                    triangles,
+                    origin,
+                    film,
+                    projection: &projection,
+                    accuracy,
+                    any,
+                };
                 split_film(query, &runs, window)
             }
-            Film::Scattered(samples) => {
-                scattered::intersect(triangles, &runs, pencil.origin(), samples, accuracy, any, window)
-            }
+            Film::Scattered(samples) => scattered::intersect(
+                triangles,
+                &runs,
+                pencil.origin(),
+                samples,
+                accuracy,
+                any,
+                window,
+            ),
         });
     }
     stats
@@ -58,7 +76,10 @@ pub(crate) fn intersect(
 fn split_film(query: FilmQuery<'_>, runs: &Runs, mut window: Window<'_>) -> Stats {
     if window.rect.width() > TILE_SIDE || window.rect.height() > TILE_SIDE {
         let (one, other) = window.halves(TILE_SIDE);
-        let (one, other) = rayon::join(|| split_film(query, runs, one), || split_film(query, runs, other));
+        let (one, other) = rayon::join(
+            || split_film(query, runs, one),
+            || split_film(query, runs, other),
+        );
         return one.add(other);
     }
     let mut tile = Tile::new(query, window.rect);
@@ -162,4 +183,3 @@ impl SubPencil for Cluster<'_> {
         self.intersect(id, stats);
     }
 }
-

@@ -47,9 +47,16 @@ impl Runs {
     pub(crate) fn new(triangles: &Triangles<'_>) -> Self {
         let (boxes, area) = run_boxes(triangles, &[]);
         let area_of_runs: f64 = boxes.par_iter().map(area_of).sum();
-        let mut runs = Self { order: Vec::new(), levels: vec![boxes], triangles: triangles.len() };
+        let mut runs = Self {
+            order: Vec::new(),
+            levels: vec![boxes],
+            triangles: triangles.len(),
+        };
         if area_of_runs > COHERENT_AREA * area {
-            let bounds = runs.levels[0].iter().copied().fold(Aabb::EMPTY, Aabb::union);
+            let bounds = runs.levels[0]
+                .iter()
+                .copied()
+                .fold(Aabb::EMPTY, Aabb::union);
             runs.levels.clear();
             runs.order = along_curve(triangles, &bounds);
             runs.levels.push(run_boxes(triangles, &runs.order).0);
@@ -64,7 +71,10 @@ impl Runs {
 
     /// The node that holds everything, or `None` without triangles.
     pub(crate) fn root(&self) -> Option<Node> {
-        (self.triangles > 0).then(|| Node { level: self.levels.len() - 1, index: 0 })
+        (self.triangles > 0).then(|| Node {
+            level: self.levels.len() - 1,
+            index: 0,
+        })
     }
 
     /// The box of a node.

@@ -43,7 +43,13 @@ pub(crate) fn intersect(
     mut window: Window<'_>,
 ) -> Stats {
     let order = along_curve(origin, samples);
-    let query = ScatteredQuery { triangles, origin, samples, accuracy, any };
+    let query = ScatteredQuery {
+        triangles,
+        origin,
+        samples,
+        accuracy,
+        any,
+    };
     let clusters: Vec<(Vec<u32>, Vec<f32>, Stats)> = order
         .par_chunks(CLUSTER)
         .map(|places| {
@@ -53,9 +59,15 @@ pub(crate) fn intersect(
             (ids, ts, stats)
         })
         .collect();
-    let bytes = order.capacity() * size_of::<u32>() + samples.len() * (size_of::<u32>() + size_of::<f32>());
-    let mut stats = Stats { engine_bytes: bytes as u64, ..Stats::default() };
-    let Some((all_ids, all_ts)) = window.rows.first_mut() else { return stats };
+    let bytes =
+        order.capacity() * size_of::<u32>() + samples.len() * (size_of::<u32>() + size_of::<f32>());
+    let mut stats = Stats {
+        engine_bytes: bytes as u64,
+        ..Stats::default()
+    };
+    let Some((all_ids, all_ts)) = window.rows.first_mut() else {
+        return stats;
+    };
     for (places, (ids, ts, cluster)) in order.chunks(CLUSTER).zip(clusters) {
         stats = stats.add(cluster);
         for (&place, (id, t)) in places.iter().zip(ids.into_iter().zip(ts)) {
@@ -68,7 +80,11 @@ pub(crate) fn intersect(
 
 /// The rays in the order of a curve.
 fn along_curve(origin: Origin, samples: &[DVec3]) -> Vec<u32> {
-    let (lo, hi) = samples.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), &s| (lo.min(s), hi.max(s)));
+    let (lo, hi) = samples
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), &s| {
+            (lo.min(s), hi.max(s))
+        });
     let code = |place: u32| {
         let s = samples[place as usize];
         match origin {
@@ -146,12 +162,22 @@ pub(crate) struct Cluster<'a> {
 
 impl<'a> Cluster<'a> {
     fn new(query: ScatteredQuery<'a>, places: &'a [u32]) -> Self {
-        let samples: Vec<DVec3> = places.iter().map(|&place| query.samples[place as usize]).collect();
+        let samples: Vec<DVec3> = places
+            .iter()
+            .map(|&place| query.samples[place as usize])
+            .collect();
         let bound = match query.origin {
             Origin::Point(apex) => Bound::Cone(Cone::around(apex, &samples)),
-            Origin::Infinity(direction) => beam(direction, &samples).map_or(Bound::Everything, Bound::Frustum),
+            Origin::Infinity(direction) => {
+                beam(direction, &samples).map_or(Bound::Everything, Bound::Frustum)
+            }
         };
-        Self { query, places, bound, depth: DepthBuffer::new(places.len()) }
+        Self {
+            query,
+            places,
+            bound,
+            depth: DepthBuffer::new(places.len()),
+        }
     }
 
     /// The common origin.
@@ -176,10 +202,18 @@ impl<'a> Cluster<'a> {
 
     /// Tests one triangle against all rays of the cluster.
     pub(crate) fn intersect(&mut self, id: u32, stats: &mut Stats) {
-        let ScatteredQuery { triangles, origin, samples, accuracy, any } = self.query;
+        let ScatteredQuery {
+            triangles,
+            origin,
+            samples,
+            accuracy,
+            any,
+        } = self.query;
         let triangle = triangles.triangle(id);
         stats.triangles_set_up += 1;
-        let Some(setup) = SpaceSetup::new(origin, &triangle) else { return };
+        let Some(setup) = SpaceSetup::new(origin, &triangle) else {
+            return;
+        };
         for (index, &place) in self.places.iter().enumerate() {
             let sample = samples[place as usize];
             stats.samples_tested += 1;
@@ -192,7 +226,11 @@ impl<'a> Cluster<'a> {
                 None => continue,
             };
             let key = setup.key(sample);
-            let candidate = Candidate { id, key: key.value, error: key.error };
+            let candidate = Candidate {
+                id,
+                key: key.value,
+                error: key.error,
+            };
             if self.depth.is_behind(index, &candidate) {
                 continue;
             }
@@ -201,12 +239,19 @@ impl<'a> Cluster<'a> {
             let ahead = match origin {
                 Origin::Point(_) => Some(true),
                 Origin::Infinity(_) if key.value > key.error => Some(false),
-                Origin::Infinity(_) => (key.value < -key.error || accuracy == Accuracy::Fast).then_some(true),
+                Origin::Infinity(_) => {
+                    (key.value < -key.error || accuracy == Accuracy::Fast).then_some(true)
+                }
             };
             let hit = match (certain, ahead) {
                 (_, Some(false)) => false,
                 (true, Some(true)) => true,
-                _ => covers(&ray(), &triangle, origin.ties(), &mut stats.ambiguous_coverage),
+                _ => covers(
+                    &ray(),
+                    &triangle,
+                    origin.ties(),
+                    &mut stats.ambiguous_coverage,
+                ),
             };
             if !hit {
                 continue;
@@ -214,18 +259,34 @@ impl<'a> Cluster<'a> {
             if any {
                 self.depth.settle(index, id);
             } else {
-                let exact: Option<&dyn Fn() -> crate::Ray> = (accuracy == Accuracy::Exact).then_some(&ray as _);
-                self.depth.offer(index, candidate, triangles, exact, &mut stats.ambiguous_order);
+                let exact: Option<&dyn Fn() -> crate::Ray> =
+                    (accuracy == Accuracy::Exact).then_some(&ray as _);
+                self.depth.offer(
+                    index,
+                    candidate,
+                    triangles,
+                    exact,
+                    &mut stats.ambiguous_order,
+                );
             }
         }
     }
 
     /// Ids and distances in the order of the cluster.
     fn hits(&self) -> (Vec<u32>, Vec<f32>) {
-        let ScatteredQuery { triangles, origin, samples, .. } = self.query;
-        let (mut ids, mut ts) = (vec![NO_TRIANGLE; self.places.len()], vec![f32::INFINITY; self.places.len()]);
+        let ScatteredQuery {
+            triangles,
+            origin,
+            samples,
+            ..
+        } = self.query;
+        let (mut ids, mut ts) = (
+            vec![NO_TRIANGLE; self.places.len()],
+            vec![f32::INFINITY; self.places.len()],
+        );
         let ray = |k: usize| origin.ray(samples[self.places[k] as usize]);
-        self.depth.write(0, &mut (&mut ids, &mut ts), origin, triangles, ray);
+        self.depth
+            .write(0, &mut (&mut ids, &mut ts), origin, triangles, ray);
         (ids, ts)
     }
 }
@@ -235,12 +296,18 @@ fn beam(direction: DVec3, starts: &[DVec3]) -> Option<Frustum> {
     let axis = largest_axis(direction);
     let [right, up] = [DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]];
     let projection = Projection::new(Origin::Infinity(direction), [starts[0], right, up])?;
-    let empty = Interval { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+    let empty = Interval {
+        lo: f64::INFINITY,
+        hi: f64::NEG_INFINITY,
+    };
     let (mut x, mut y, mut t) = (empty, empty, empty);
     for &start in starts {
         let [at_x, at_y] = projection.project(start)?;
         let depth = projection.depth(start);
-        let at_t = Interval { lo: depth.value - depth.error, hi: depth.value + depth.error };
+        let at_t = Interval {
+            lo: depth.value - depth.error,
+            hi: depth.value + depth.error,
+        };
         for (range, at) in [(&mut x, at_x), (&mut y, at_y), (&mut t, at_t)] {
             // One rounding each way pays for the sums.
             range.lo = range.lo.min(at.lo - at.lo.abs() * U);
@@ -273,11 +340,19 @@ impl SpaceSetup {
         let (denominator, side) = match origin {
             Origin::Point(o) => {
                 let volume = normal.dot(a - o);
-                (volume, volume.sign().unwrap_or_else(|| orientation(a, b, c, o)))
+                (
+                    volume,
+                    volume.sign().unwrap_or_else(|| orientation(a, b, c, o)),
+                )
             }
             Origin::Infinity(d) => {
                 let slope = normal.dot(d);
-                (slope, slope.sign().unwrap_or_else(|| facing(&origin.ray(DVec3::ZERO), triangle)))
+                (
+                    slope,
+                    slope
+                        .sign()
+                        .unwrap_or_else(|| facing(&origin.ray(DVec3::ZERO), triangle)),
+                )
             }
         };
         if side == Sign::Zero {
@@ -286,7 +361,11 @@ impl SpaceSetup {
         let mut flipped = [false; 3];
         let mut corner = 0;
         let edges = triangle.edges().map(|(a, b)| {
-            let (a, b, swapped) = if precedes(a, b) { (a, b, false) } else { (b, a, true) };
+            let (a, b, swapped) = if precedes(a, b) {
+                (a, b, false)
+            } else {
+                (b, a, true)
+            };
             flipped[corner] = swapped != (side == Sign::Negative);
             corner += 1;
             match origin {
@@ -295,15 +374,29 @@ impl SpaceSetup {
             }
         });
         let at_infinity = matches!(origin, Origin::Infinity(_));
-        Some(Self { at_infinity, edges, flipped, normal, corner: a, denominator })
+        Some(Self {
+            at_infinity,
+            edges,
+            flipped,
+            normal,
+            corner: a,
+            denominator,
+        })
     }
 
     /// The edge functions, positive inside.
     fn edge_values(&self, sample: DVec3) -> [Approx; 3] {
         [0, 1, 2].map(|k| {
             let (n, base) = &self.edges[k];
-            let e = n.dot(if self.at_infinity { sample - *base } else { sample });
-            Approx { value: if self.flipped[k] { -e.value } else { e.value }, ..e }
+            let e = n.dot(if self.at_infinity {
+                sample - *base
+            } else {
+                sample
+            });
+            Approx {
+                value: if self.flipped[k] { -e.value } else { e.value },
+                ..e
+            }
         })
     }
 
@@ -324,7 +417,11 @@ impl SpaceSetup {
 
     /// 1/t or −t.
     fn key(&self, sample: DVec3) -> Approx {
-        let slope = self.normal.dot(if self.at_infinity { sample - self.corner } else { sample });
+        let slope = self.normal.dot(if self.at_infinity {
+            sample - self.corner
+        } else {
+            sample
+        });
         slope.over(self.denominator)
     }
 }

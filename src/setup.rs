@@ -38,7 +38,12 @@ impl Affine {
         let coefficients = c.error + x.error * reach[0] + y.error * reach[1];
         let size = c.value.abs() + x.value.abs() * reach[0] + y.value.abs() * reach[1];
         let error = (coefficients + size * AFFINE_ERROR) * (1.0 + 8.0 * U);
-        Self { c: c.value, x: x.value, y: y.value, error }
+        Self {
+            c: c.value,
+            x: x.value,
+            y: y.value,
+            error,
+        }
     }
 
     /// The value at (X, Y).
@@ -72,11 +77,21 @@ pub(crate) fn set_up(
     let (side, denominator) = match origin {
         Origin::Point(o) => {
             let volume = normal.dot(triangle.a - o);
-            (volume.sign().unwrap_or_else(|| orientation(triangle.a, triangle.b, triangle.c, o)), volume)
+            (
+                volume
+                    .sign()
+                    .unwrap_or_else(|| orientation(triangle.a, triangle.b, triangle.c, o)),
+                volume,
+            )
         }
         Origin::Infinity(d) => {
             let slope = normal.dot(d);
-            (slope.sign().unwrap_or_else(|| facing(&origin.ray(f), triangle)), slope)
+            (
+                slope
+                    .sign()
+                    .unwrap_or_else(|| facing(&origin.ray(f), triangle)),
+                slope,
+            )
         }
     };
     if side == Sign::Zero {
@@ -90,7 +105,11 @@ pub(crate) fn set_up(
     let mut corner = 0;
     let edges = triangle.edges().map(|(a, b)| {
         // One direction for both triangles of an edge; the sign puts it right.
-        let (a, b, swapped) = if precedes(a, b) { (a, b, false) } else { (b, a, true) };
+        let (a, b, swapped) = if precedes(a, b) {
+            (a, b, false)
+        } else {
+            (b, a, true)
+        };
         let flipped = swapped != (side == Sign::Negative);
         zero_is_inside[corner] = !flipped;
         corner += 1;
@@ -104,10 +123,17 @@ pub(crate) fn set_up(
                 [n.dot(f - a), n.dot(r), n.dot(u)]
             }
         };
-        let signed = coefficients.map(|v| Approx { value: if flipped { -v.value } else { v.value }, ..v });
+        let signed = coefficients.map(|v| Approx {
+            value: if flipped { -v.value } else { v.value },
+            ..v
+        });
         Affine::new(signed, reach)
     });
-    Some(TriangleSetup { edges, zero_is_inside, key: Affine::new(key.map(|v| v.over(denominator)), reach) })
+    Some(TriangleSetup {
+        edges,
+        zero_is_inside,
+        key: Affine::new(key.map(|v| v.over(denominator)), reach),
+    })
 }
 
 /// A strict order of points that does not depend on the triangle: lexicographic.

@@ -46,7 +46,15 @@ impl<'a> Window<'a> {
                 rows.push((id_row, t_row));
                 (ids, ts) = (more_ids, more_ts);
             }
-            windows.push(Self { rect: Rect { x0: 0, y0: 0, x1: width, y1: height }, rows });
+            windows.push(Self {
+                rect: Rect {
+                    x0: 0,
+                    y0: 0,
+                    x1: width,
+                    y1: height,
+                },
+                rows,
+            });
         }
         windows
     }
@@ -60,18 +68,37 @@ impl<'a> Window<'a> {
             let x = middle(x0, x1);
             let at = (x - x0) as usize;
             let halves = self.rows.into_iter().map(|(ids, ts)| {
-                let ((left_ids, right_ids), (left_ts, right_ts)) = (ids.split_at_mut(at), ts.split_at_mut(at));
+                let ((left_ids, right_ids), (left_ts, right_ts)) =
+                    (ids.split_at_mut(at), ts.split_at_mut(at));
                 ((left_ids, left_ts), (right_ids, right_ts))
             });
             let (left, right) = halves.unzip();
             let (left_rect, right_rect) = (Rect { x0, y0, x1: x, y1 }, Rect { x0: x, y0, x1, y1 });
-            (Self { rect: left_rect, rows: left }, Self { rect: right_rect, rows: right })
+            (
+                Self {
+                    rect: left_rect,
+                    rows: left,
+                },
+                Self {
+                    rect: right_rect,
+                    rows: right,
+                },
+            )
         } else {
             let y = middle(y0, y1);
             let mut above = self.rows;
             let below = above.split_off((y - y0) as usize);
             let (above_rect, below_rect) = (Rect { x0, y0, x1, y1: y }, Rect { x0, y0: y, x1, y1 });
-            (Self { rect: above_rect, rows: above }, Self { rect: below_rect, rows: below })
+            (
+                Self {
+                    rect: above_rect,
+                    rows: above,
+                },
+                Self {
+                    rect: below_rect,
+                    rows: below,
+                },
+            )
         }
     }
 }
