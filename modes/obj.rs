@@ -178,7 +178,7 @@ fn find_non_finite(
                 "vertex {} has a coordinate that is NaN or infinite",
                 first + 1
             ),
-            remedy: "Correct the line, or ask for faces with such vertices to be dropped.",
+            remedy: "Correct the line, or leave out such faces with --drop-non-finite.",
         });
     }
     let spoilt = scene.positions.iter().map(is_spoilt).collect();

@@ -1,6 +1,6 @@
 //! The look of the preview: a headlight and a sky, in linear light.
 //!
-//! L = albedo·(h·|n·v| + s·(1 + n·up)/2), with n the normal on the viewer's side, interpolated where the file has normals,
+//! L = albedo·(h·|n·v| + s·(1 + n·up)/2), h warm and s cool, with n the normal on the viewer's side, interpolated where the file has normals,
 //! and v the direction toward the viewer. It is meant to show shape, not to be physically right.
 //!
 //! Based on: James Blinn, "Models of Light Reflection for Computer Synthesized Pictures", 1977 (hemisphere and headlight).
@@ -11,10 +11,10 @@ use umbel_core::{Hit, Ray, Triangles};
 use crate::Scene;
 use crate::scene::NO_INDEX;
 
-/// The part of the headlight.
-const HEADLIGHT: f64 = 0.62;
-/// The part of the sky.
-const SKY: f64 = 0.42;
+/// The light of the headlight: warm.
+const HEADLIGHT: [f64; 3] = [0.70, 0.66, 0.61];
+/// The light of the whole sky: cool.
+const SKY: [f64; 3] = [0.26, 0.32, 0.39];
 /// The albedo of what has no material.
 const CLAY: [f32; 3] = [0.72, 0.70, 0.66];
 /// The background at the upper and the lower edge, linear.
@@ -42,8 +42,8 @@ impl<'a> Shader<'a> {
             .map_or(flat, |n| if n.dot(flat) < 0.0 { -n } else { n });
         let headlight = normal.dot(viewer).max(0.0);
         let sky = (1.0 + normal.dot(up.normalize_or_zero())) * 0.5;
-        let light = (HEADLIGHT * headlight + SKY * sky) as f32;
-        self.albedo(hit.id.0).map(|albedo| albedo * light)
+        let albedo = self.albedo(hit.id.0);
+        [0, 1, 2].map(|k| albedo[k] * (HEADLIGHT[k] * headlight + SKY[k] * sky) as f32)
     }
 
     /// The diffuse colour of a triangle's material.
