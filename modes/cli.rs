@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
-use umbel::{Accuracy, Aov, Camera, Error, Lens, Options, Path, Scene, builtin_view};
+use umbel::{Accuracy, Aov, Camera, Error, Isa, Lens, Options, Path, Scene, builtin_view};
 
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 runtime failure, 2 usage, 3 bad input, 4 limit hit, \
 5 a comparison found a difference, 130 interrupted.";
@@ -41,6 +41,10 @@ pub(crate) struct Common {
     /// pencil: one bound stands for many rays. general: every ray by itself. Both give the same output
     #[arg(long, global = true, value_enum, default_value = "pencil")]
     pub(crate) path: PathArg,
+
+    /// Instructions of the kernels. Never changes an output; what the machine lacks is refused
+    #[arg(long, global = true, value_enum, default_value = "auto")]
+    pub(crate) isa: IsaArg,
 
     /// Write counts, times and a hash of the outputs as JSON
     #[arg(long, global = true, value_name = "FILE.json")]
@@ -82,8 +86,27 @@ impl Common {
                 AccuracyArg::Exact => Accuracy::Exact,
                 AccuracyArg::Fast => Accuracy::Fast,
             },
+            isa: match self.isa {
+                IsaArg::Auto => Isa::Auto,
+                IsaArg::Sse2 => Isa::Sse2,
+                IsaArg::Sse42 => Isa::Sse42,
+                IsaArg::Avx2 => Isa::Avx2,
+                IsaArg::Avx512 => Isa::Avx512,
+                IsaArg::Neon => Isa::Neon,
+            },
         }
     }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum IsaArg {
+    Auto,
+    Sse2,
+    #[value(name = "sse4.2")]
+    Sse42,
+    Avx2,
+    Avx512,
+    Neon,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

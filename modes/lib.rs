@@ -21,7 +21,7 @@
 //! ```
 
 pub use umbel_core::{
-    Aabb, Accuracy, Cone, Film, Frustum, GridFilm, Hit, Hits, NO_TRIANGLE, Options, Origin, Path,
+    Aabb, Accuracy, Cone, Film, Frustum, GridFilm, Hit, Hits, Isa, NO_TRIANGLE, Options, Origin, Path,
     Pencil, Ray, Rays, Stats, TriangleId, Triangles, any_hit, closest_hit, glam,
 };
 

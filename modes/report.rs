@@ -68,6 +68,7 @@ impl Report<'_> {
             },
             "rays": self.rays,
             "threads": rayon::current_num_threads(),
+            "isa": self.options.isa.resolve().map_or("none", umbel::Isa::name),
             "accuracy": accuracy,
             "ms": {
                 "load": self.times.load,

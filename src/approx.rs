@@ -6,7 +6,8 @@
 //! |computed − true| ≤ γ·Σ|x_k|(|y_i z_j| + |y_j z_i|).
 //!
 //! Each term passes at most three roundings of differences, two of products, one of the inner subtraction and two of the
-//! outer sum: 8 roundings. The bound itself is computed with at most 5 roundings per term. Nothing underflows: factors
+//! outer sum: 8 roundings. A factor may also be a sum (p − a) + (p − b); it then passes one more, and its magnitude in the
+//! bound is |p − a| + |p − b|. With two such factors there are 10. The bound itself takes at most 7 roundings per term. Nothing underflows: factors
 //! are 0 or at least 2⁻²⁹², and at most two f32-like factors meet one direction.
 //!
 //! Based on: Jonathan Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates",
@@ -16,8 +17,8 @@ use glam::DVec3;
 
 use crate::bounds::U;
 
-/// 8 roundings of the value, 5 of the bound: (1 + u)¹³ − 1 < 14u.
-pub(crate) const TRIPLE_PRODUCT_ERROR: f64 = 14.0 * U;
+/// 10 roundings of the value, 7 of the bound: (1 + u)¹⁷ − 1 < 18u.
+pub(crate) const TRIPLE_PRODUCT_ERROR: f64 = 18.0 * U;
 
 /// Products of two triple products may be subnormal, where the relative bound does not hold: a few spacings of 2⁻¹⁰⁷⁴ more.
 const UNDERFLOW: f64 = f64::from_bits(16);
@@ -84,7 +85,7 @@ impl Approx {
         }
     }
 
-    /// The quotient; of infinite error where the divisor may be zero, so that every comparison is in doubt.
+    /// The quotient, with a rounding more for the ends of its interval; of infinite error where the divisor may be zero, so that every comparison is in doubt.
     pub(crate) fn over(self, divisor: Self) -> Self {
         let value = self.value / divisor.value;
         let size = divisor.value.abs() - divisor.error;
@@ -94,7 +95,7 @@ impl Approx {
                 error: f64::INFINITY,
             };
         }
-        let error = (self.error + value.abs() * divisor.error) / size + value.abs() * U;
+        let error = (self.error + value.abs() * divisor.error) / size + value.abs() * (2.0 * U);
         Self {
             value,
             error: error * (1.0 + 8.0 * U),
@@ -122,21 +123,28 @@ pub(crate) struct Cross {
 impl Cross {
     /// y×z for vectors that are exact or rounded once.
     pub(crate) fn of(y: DVec3, z: DVec3) -> Self {
-        let (p, q) = (y.yzx() * z.zxy(), y.zxy() * z.yzx());
+        Self::sized(y, y.abs(), z)
+    }
+
+    /// y×z for a sum y of two vectors whose magnitudes add up to `size`.
+    pub(crate) fn sized(y: DVec3, size: DVec3, z: DVec3) -> Self {
+        let w = z.abs();
         Self {
-            value: p - q,
-            permanent: p.abs() + q.abs(),
+            value: y.yzx() * z.zxy() - y.zxy() * z.yzx(),
+            permanent: size.yzx() * w.zxy() + size.zxy() * w.yzx(),
         }
     }
 
     /// x·(y×z) for a vector x that is exact or rounded once.
     pub(crate) fn dot(&self, x: DVec3) -> Approx {
+        self.dot_sized(x, x.abs())
+    }
+
+    /// x·(y×z) for a sum x of two vectors whose magnitudes add up to `size`.
+    pub(crate) fn dot_sized(&self, x: DVec3, size: DVec3) -> Approx {
         let value = x.x * self.value.x + x.y * self.value.y + x.z * self.value.z;
-        let m = x.abs() * self.permanent;
-        Approx {
-            value,
-            error: TRIPLE_PRODUCT_ERROR * (m.x + m.y + m.z),
-        }
+        let m = size * self.permanent;
+        Approx { value, error: TRIPLE_PRODUCT_ERROR * (m.x + m.y + m.z) }
     }
 }
 

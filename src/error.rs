@@ -75,6 +75,13 @@ pub enum Error {
         reason: &'static str,
     },
 
+    /// Instructions that this machine does not have.
+    #[error("this machine has no {isa} instructions")]
+    Isa {
+        /// Their name.
+        isa: &'static str,
+    },
+
     /// The host has told the processor to flush subnormal numbers to zero. The engine would not be exact.
     #[error(
         "this thread flushes subnormal numbers to zero (FTZ/DAZ); clear that mode before calling the engine"

@@ -13,10 +13,12 @@
 //! Based on: Marc Olano and Trey Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997; Alexander
 //! Reshetov, Alexei Soupikov, Jim Hurley, "Multi-Level Ray Tracing Algorithm", 2005 (frusta for many rays).
 
+use fearless_simd::prelude::*;
 use glam::DVec3;
 
 use crate::approx::{Approx, Cross};
 use crate::bounds::U;
+use crate::lanes::{Boxes, LANES, Lanes, Points};
 use crate::pencil::Origin;
 use crate::{Aabb, GridFilm};
 
@@ -74,6 +76,22 @@ impl Functional {
             value: self.g.x * a.x + self.g.y * a.y + self.g.z * a.z,
             error: m.x + m.y + m.z,
         }
+    }
+
+    /// Upper bounds over eight boxes [lo, hi] of A with magnitudes up to `size`.
+    #[inline(always)]
+    fn upper_lanes<S: Simd>(&self, lo: Points<S>, hi: Points<S>, size: Points<S>) -> Lanes<S> {
+        let Self { g, slack } = *self;
+        let x = if g.x < 0.0 { lo.x } else { hi.x } * g.x;
+        let y = if g.y < 0.0 { lo.y } else { hi.y } * g.y;
+        let z = if g.z < 0.0 { lo.z } else { hi.z } * g.z;
+        x + y + z + size.dot(slack)
+    }
+
+    /// The error of the value anywhere within |A| ≤ `reach`.
+    fn slack_within(&self, reach: DVec3) -> f64 {
+        let m = self.slack * reach;
+        (m.x + m.y + m.z) * BOUND_SLACK
     }
 
     /// An upper bound over the box [lo, hi] of A.
@@ -143,6 +161,36 @@ impl Projection {
         (least > 0.0).then(|| [x, y].map(|c| divide(c, least, greatest)))
     }
 
+    /// Intervals of the film coordinates of three corners each, as [X lo, X hi, Y lo, Y hi], and the lanes, as bits,
+    /// with a corner that may lie at or behind the eye, whose intervals mean nothing. `reach` bounds the magnitudes of A.
+    #[inline(always)]
+    pub(crate) fn project_lanes<S: Simd>(
+        &self,
+        simd: S,
+        corners: &[Points<S>; 3],
+        reach: DVec3,
+    ) -> ([Lanes<S>; 4], u64) {
+        let zero = Lanes::simd_from(simd, 0.0);
+        let (slack_x, slack_y) = (self.x.slack_within(reach), self.y.slack_within(reach));
+        let slack_t = self.t.slack_within(reach);
+        let (mut x_lo, mut y_lo) = (zero + f64::INFINITY, zero + f64::INFINITY);
+        let (mut x_hi, mut y_hi) = (-x_lo, -y_lo);
+        let mut crossing = 0;
+        for corner in corners {
+            let (x, y) = (corner.dot(self.x.g), corner.dot(self.y.g));
+            let (mut x, mut y) = ([x - slack_x, x + slack_x], [y - slack_y, y + slack_y]);
+            if self.perspective {
+                let t = corner.dot(self.t.g);
+                let t = [(t - slack_t) * (1.0 - 2.0 * U), (t + slack_t) * (1.0 + 2.0 * U)];
+                crossing |= !t[0].simd_gt(zero).to_bitmask();
+                (x, y) = (divide_lanes(x, t, zero), divide_lanes(y, t, zero));
+            }
+            (x_lo, x_hi) = (x_lo.min(x[0]), x_hi.max(x[1]));
+            (y_lo, y_hi) = (y_lo.min(y[0]), y_hi.max(y[1]));
+        }
+        ([x_lo, x_hi, y_lo, y_hi], crossing)
+    }
+
     /// t of a point along its ray, with its error.
     pub(crate) fn depth(&self, point: DVec3) -> Approx {
         self.t.at(point - self.base)
@@ -158,6 +206,14 @@ fn divide(c: Approx, least: f64, greatest: f64) -> Interval {
         lo: lo - lo.abs() * (4.0 * U),
         hi: hi + hi.abs() * (4.0 * U),
     }
+}
+
+/// [lo, hi]/t for t in [least, greatest], lane by lane, rounded outward: three roundings.
+#[inline(always)]
+fn divide_lanes<S: Simd>([lo, hi]: [Lanes<S>; 2], [least, greatest]: [Lanes<S>; 2], zero: Lanes<S>) -> [Lanes<S>; 2] {
+    let lo = lo / lo.simd_lt(zero).select(least, greatest);
+    let hi = hi / hi.simd_lt(zero).select(greatest, least);
+    [lo - lo.abs() * (4.0 * U), hi + hi.abs() * (4.0 * U)]
 }
 
 /// A side of a frustum: points with functional ≥ offset are inside.
@@ -267,11 +323,36 @@ impl Frustum {
         Some(least - least.abs() * (2.0 * U))
     }
 
-    /// Whether all points lie strictly outside one side.
-    pub(crate) fn excludes_points(&self, points: [DVec3; 3]) -> bool {
-        let [a, b, c] = points.map(|p| p - self.base);
-        self.sides
-            .iter()
-            .any(|side| [a, b, c].iter().all(|&p| side.excludes(p, p)))
+    /// The boxes, as bits, that are not strictly outside, and a lower bound of t within each.
+    #[inline(always)]
+    pub(crate) fn enter_lanes<S: Simd>(&self, simd: S, boxes: &Boxes) -> (u64, [f64; LANES]) {
+        let [lo, hi] = boxes.corners(simd, self.base);
+        let (x, y, z) = (lo.x.abs().max(hi.x.abs()), lo.y.abs().max(hi.y.abs()), lo.z.abs().max(hi.z.abs()));
+        let size = Points { x, y, z };
+        // Empty lanes are infinite, and their bounds would be NaN.
+        let mut outside = hi.x.simd_lt(lo.x).to_bitmask();
+        for Side { functional, offset } in &self.sides {
+            let upper = functional.upper_lanes(lo, hi, size) + offset.abs() * DOT_SLACK;
+            outside |= upper.simd_lt(Lanes::simd_from(simd, *offset)).to_bitmask();
+        }
+        let least = -self.t.negated().upper_lanes(lo, hi, size) - self.start;
+        let least = least - least.abs() * (2.0 * U);
+        (!outside & 0xFF, least.to_array())
+    }
+
+    /// The triangles, as bits, whose corners all lie strictly outside one side. Corners are given as A; `reach` bounds
+    /// their magnitudes.
+    #[inline(always)]
+    pub(crate) fn excluded<S: Simd>(&self, simd: S, corners: &[Points<S>; 3], reach: DVec3) -> u64 {
+        let [a, b, c] = *corners;
+        let mut excluded = 0;
+        for Side { functional, offset } in &self.sides {
+            let slack = functional.slack_within(reach) + offset.abs() * DOT_SLACK;
+            // Rounded down once more: an offset minus a slack of at least 5u of it.
+            let limit = Lanes::simd_from(simd, *offset - slack);
+            let (a, b, c) = (a.dot(functional.g), b.dot(functional.g), c.dot(functional.g));
+            excluded |= (a.simd_lt(limit) & b.simd_lt(limit) & c.simd_lt(limit)).to_bitmask();
+        }
+        excluded
     }
 }

@@ -1,23 +1,32 @@
-//! The leaf of grid films, "DirectlyIntersect": one triangle against the rays of a tile.
+//! The leaf of grid films, "DirectlyIntersect": a run of triangles against the rays of a tile.
 //!
-//! Blocks of 8x8 rays are rejected or accepted as a whole where an affine function has one sign on all of the block, and
-//! dropped where the triangle lies behind everything the block has hit. What remains is evaluated ray by ray; where the
-//! bound of f64 leaves doubt the exact stage decides.
+//! Three steps, each for eight triangles or eight rays at once:
+//!
+//! 1. drop triangles whose corners all lie outside one side of the tile's frustum;
+//! 2. project the rest to columns and rows, and drop what falls between samples;
+//! 3. set up the rest, and evaluate them block by block (8x8 rays), row by row. A block is rejected or accepted as a whole
+//!    where an edge function has one sign on all of it, and dropped where the triangle lies behind all that it has hit.
+//!    Where the bound of f64 leaves doubt about a ray, the exact stage decides.
 //!
 //! Based on: Juan Pineda, "A Parallel Algorithm for Polygon Rasterization", 1988 (edge functions); Ned Greene,
 //! "Hierarchical Polygon Tiling with Coverage Masks", 1996.
 
+use fearless_simd::{Level, dispatch, prelude::*};
+use glam::DVec3;
+
 use crate::depth::{Candidate, DepthBuffer};
 use crate::frustum::{Frustum, Interval, Projection};
+use crate::bounds::U;
+use crate::lanes::{Batch, Boxes, LANES, LaneMask, Lanes, Points, bits};
 use crate::pencil::Origin;
 use crate::predicates::covers;
 use crate::ray::Ray;
-use crate::setup::{TriangleSetup, set_up};
-use crate::triangles::{Triangle, Triangles};
+use crate::setup::{Affine, TriangleSetup, set_up};
+use crate::triangles::Triangles;
 use crate::window::{Rect, Window};
-use crate::{Accuracy, GridFilm, Stats};
+use crate::{Aabb, Accuracy, GridFilm, Stats, TriangleId};
 
-/// Rays along one side of a block.
+/// Rays along one side of a block: as many as there are lanes.
 pub(crate) const BLOCK_SIDE: u32 = 8;
 /// Rays along one side of a tile: its depth buffer stays in the second-level cache.
 pub(crate) const TILE_SIDE: u32 = 64;
@@ -28,6 +37,9 @@ const TILE_BLOCKS: u32 = TILE_SIDE / BLOCK_SIDE;
 /// 2⁻¹⁸ columns.
 const COLUMN_SLACK: f64 = 1.0 / (1 << 18) as f64;
 
+/// Columns and rows beyond this are as good as infinity.
+const LIMIT: f64 = (1_u64 << 31) as f64;
+
 /// What all tiles of one film share.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FilmQuery<'a> {
@@ -36,6 +48,7 @@ pub(crate) struct FilmQuery<'a> {
     pub(crate) film: &'a GridFilm,
     pub(crate) projection: &'a Projection,
     pub(crate) accuracy: Accuracy,
+    pub(crate) level: Level,
     /// Whether any hit will do.
     pub(crate) any: bool,
 }
@@ -49,20 +62,27 @@ pub(crate) struct Tile<'a> {
     /// max |X| and max |Y|.
     reach: [f64; 2],
     pub(crate) depth: DepthBuffer,
+    /// Triangles that meet the frustum and wait for more, and max |A| of their corners.
+    met: Batch,
+    met_reach: DVec3,
+    /// Triangles that may cover a sample and wait for more, with the columns and rows they may cover.
+    seen: Batch,
+    rects: [Rect; LANES],
+}
+
+/// A triangle on its way through the blocks of a tile.
+#[derive(Clone, Copy)]
+struct Primitive<'a> {
+    id: u32,
+    setup: &'a TriangleSetup,
 }
 
 impl<'a> Tile<'a> {
     /// A tile of at most [`TILE_SIDE`] squared rays.
     pub(crate) fn new(query: FilmQuery<'a>, rect: Rect) -> Self {
         let film = query.film;
-        let x = Interval {
-            lo: film.x(rect.x0),
-            hi: film.x(rect.x1 - 1),
-        };
-        let y = Interval {
-            lo: film.y(rect.y1 - 1),
-            hi: film.y(rect.y0),
-        };
+        let x = Interval { lo: film.x(rect.x0), hi: film.x(rect.x1 - 1) };
+        let y = Interval { lo: film.y(rect.y1 - 1), hi: film.y(rect.y0) };
         let frustum = Frustum::new(query.projection, x, y, Interval { lo: 0.0, hi: 0.0 });
         let reach = [x.lo.abs().max(x.hi.abs()), y.lo.abs().max(y.hi.abs())];
         let mut depth = DepthBuffer::new((TILE_SIDE * TILE_SIDE) as usize);
@@ -70,14 +90,13 @@ impl<'a> Tile<'a> {
             let outside = if y < rect.height() { rect.width() } else { 0 };
             (outside..TILE_SIDE).for_each(|x| depth.exclude(place(x, y)));
         }
-        depth.mark_all_stale();
-        Self {
-            query,
-            rect,
-            frustum,
-            reach,
-            depth,
-        }
+        let rects = [Rect { x0: 0, y0: 0, x1: 0, y1: 0 }; LANES];
+        Self { query, rect, frustum, reach, depth, met: Batch::EMPTY, met_reach: DVec3::ZERO, seen: Batch::EMPTY, rects }
+    }
+
+    /// The boxes, as bits, that some ray may meet, and a lower bound of t within each.
+    pub(crate) fn enter(&self, boxes: &Boxes) -> (u64, [f64; LANES]) {
+        dispatch!(self.query.level, simd => self.frustum.enter_lanes(simd, boxes))
     }
 
     /// The greatest depth key of anything that lies no nearer than `t`.
@@ -85,95 +104,113 @@ impl<'a> Tile<'a> {
         greatest_key(self.query.origin, t)
     }
 
-    /// Tests one triangle against all rays of the tile.
-    pub(crate) fn intersect(&mut self, id: u32, stats: &mut Stats) {
-        let triangle = self.query.triangles.triangle(id);
-        let Some(rect) = self.covered_rect(&triangle) else {
-            return;
-        };
-        stats.triangles_set_up += 1;
-        let FilmQuery { origin, film, .. } = self.query;
-        let Some(setup) = set_up(origin, film, &triangle, self.reach) else {
-            return;
-        };
-        let (first, last) = (
-            (rect.x0 / BLOCK_SIDE, rect.y0 / BLOCK_SIDE),
-            (rect.x1 - 1, rect.y1 - 1),
-        );
-        for by in first.1..=last.1 / BLOCK_SIDE {
-            for bx in first.0..=last.0 / BLOCK_SIDE {
-                let block = Rect {
-                    x0: rect.x0.max(bx * BLOCK_SIDE),
-                    y0: rect.y0.max(by * BLOCK_SIDE),
-                    x1: rect.x1.min((bx + 1) * BLOCK_SIDE),
-                    y1: rect.y1.min((by + 1) * BLOCK_SIDE),
-                };
-                self.intersect_block(
-                    (by * TILE_BLOCKS + bx) as usize,
-                    block,
-                    id,
-                    &triangle,
-                    &setup,
-                    stats,
-                );
+    /// Tests a run of triangles within a box against all rays of the tile; some of them wait for [`Tile::flush`].
+    pub(crate) fn intersect(&mut self, bounds: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats) {
+        let mut run = [Batch::EMPTY, Batch::EMPTY];
+        for (place, id) in ids.enumerate() {
+            run[place / LANES].push(id, self.query.triangles.corners(TriangleId(id)));
+        }
+        dispatch!(self.query.level, simd => self.meet(simd, bounds, &run, stats));
+    }
+
+    /// Tests the triangles that wait.
+    pub(crate) fn flush(&mut self, stats: &mut Stats) {
+        dispatch!(self.query.level, simd => {
+            self.project(simd, stats);
+            self.rasterize(simd, stats);
+        });
+    }
+
+    /// 1. What may meet the frustum waits in `met`.
+    #[inline(always)]
+    fn meet<S: Simd>(&mut self, simd: S, bounds: &Aabb, run: &[Batch], stats: &mut Stats) {
+        let base = self.query.projection.base;
+        let (lo, hi) = bounds.corners();
+        let reach = (lo - base).abs().max((hi - base).abs()) * (1.0 + 4.0 * U);
+        self.met_reach = self.met_reach.max(reach);
+        for batch in run {
+            let corners = relative(simd, batch, base);
+            let kept = batch.lanes() & !self.frustum.excluded(simd, &corners, reach);
+            for lane in bits(kept) {
+                self.met.push_lane(batch, lane);
+                if self.met.is_full() {
+                    self.project(simd, stats);
+                    self.met_reach = reach;
+                }
             }
         }
     }
 
-    /// The rays of the tile that the triangle's projection can touch, relative to the tile; `None` for none.
-    fn covered_rect(&self, triangle: &Triangle) -> Option<Rect> {
-        let Triangle { a, b, c } = *triangle;
-        let whole = Rect {
-            x0: 0,
-            y0: 0,
-            x1: self.rect.width(),
-            y1: self.rect.height(),
-        };
-        let project = |p| self.query.projection.project(p);
-        let (Some(a), Some(b), Some(c)) = (project(a), project(b), project(c)) else {
-            // Crosses the plane of the eye: the sides of the frustum may still tell.
-            return (!self.frustum.excludes_points([a, b, c])).then_some(whole);
-        };
-        let least = |k: usize| a[k].lo.min(b[k].lo).min(c[k].lo);
-        let greatest = |k: usize| a[k].hi.max(b[k].hi).max(c[k].hi);
+    /// 2. What may cover a sample waits in `seen`, with the columns and rows it may cover.
+    #[inline(always)]
+    fn project<S: Simd>(&mut self, simd: S, stats: &mut Stats) {
+        let corners = relative(simd, &self.met, self.query.projection.base);
+        let (around, crossing) = self.query.projection.project_lanes(simd, &corners, self.met_reach);
         let film = self.query.film;
-        let columns = |x: f64| (x.clamp(-LIMIT, LIMIT) - film.x(self.rect.x0)) / film.step();
-        let rows = |y: f64| (film.y(self.rect.y0) - y.clamp(-LIMIT, LIMIT)) / film.step();
-        let (x0, x1) = whole_between(columns(least(0)), columns(greatest(0)), whole.x1);
-        let (y0, y1) = whole_between(rows(greatest(1)), rows(least(1)), whole.y1);
-        (x0 < x1 && y0 < y1).then_some(Rect { x0, y0, x1, y1 })
+        // The step is a power of two, so its inverse is exact.
+        let (x0, y0, step) = (film.x(self.rect.x0), film.y(self.rect.y0), 1.0 / film.step());
+        let x_lo = ((around[0].max(-LIMIT).min(LIMIT) - x0) * step).to_array();
+        let x_hi = ((around[1].max(-LIMIT).min(LIMIT) - x0) * step).to_array();
+        let y_lo = ((-around[3].max(-LIMIT).min(LIMIT) + y0) * step).to_array();
+        let y_hi = ((-around[2].max(-LIMIT).min(LIMIT) + y0) * step).to_array();
+        let (width, height) = (self.rect.width(), self.rect.height());
+        for lane in 0..self.met.len {
+            let rect = if crossing >> lane & 1 == 1 {
+                Rect { x0: 0, y0: 0, x1: width, y1: height }
+            } else {
+                let (x0, x1) = whole_between(x_lo[lane], x_hi[lane], width);
+                let (y0, y1) = whole_between(y_lo[lane], y_hi[lane], height);
+                Rect { x0, y0, x1, y1 }
+            };
+            if rect.x0 < rect.x1 && rect.y0 < rect.y1 {
+                self.rects[self.seen.len] = rect;
+                self.seen.push_lane(&self.met, lane);
+                if self.seen.is_full() {
+                    self.rasterize(simd, stats);
+                }
+            }
+        }
+        self.met.len = 0;
+    }
+
+    /// 3. Sets up the triangles of `seen` and tests them against the rays.
+    #[inline(always)]
+    fn rasterize<S: Simd>(&mut self, simd: S, stats: &mut Stats) {
+        let FilmQuery { origin, film, .. } = self.query;
+        stats.triangles_set_up += self.seen.len as u64;
+        let setups = set_up(simd, origin, film, &self.seen, self.reach);
+        for lane in bits(setups.lanes) {
+            let setup = setups.lane(lane);
+            let primitive = Primitive { id: self.seen.ids[lane], setup: &setup };
+            let rect = self.rects[lane];
+            for by in rect.y0 / BLOCK_SIDE..=(rect.y1 - 1) / BLOCK_SIDE {
+                for bx in rect.x0 / BLOCK_SIDE..=(rect.x1 - 1) / BLOCK_SIDE {
+                    let block = Rect {
+                        x0: rect.x0.max(bx * BLOCK_SIDE),
+                        y0: rect.y0.max(by * BLOCK_SIDE),
+                        x1: rect.x1.min((bx + 1) * BLOCK_SIDE),
+                        y1: rect.y1.min((by + 1) * BLOCK_SIDE),
+                    };
+                    self.intersect_block(simd, block, primitive, stats);
+                }
+            }
+        }
+        self.seen.len = 0;
     }
 
     /// Tests one triangle against the rays of a part of a block.
-    fn intersect_block(
-        &mut self,
-        block: usize,
-        rect: Rect,
-        id: u32,
-        triangle: &Triangle,
-        setup: &TriangleSetup,
-        stats: &mut Stats,
-    ) {
+    #[inline(always)]
+    fn intersect_block<S: Simd>(&mut self, simd: S, rect: Rect, primitive: Primitive<'_>, stats: &mut Stats) {
         // Classify the block by the values at its middle and how far they can vary.
         let film = self.query.film;
-        let (x0, x1) = (
-            film.x(self.rect.x0 + rect.x0),
-            film.x(self.rect.x0 + rect.x1 - 1),
-        );
-        let (y0, y1) = (
-            film.y(self.rect.y0 + rect.y0),
-            film.y(self.rect.y0 + rect.y1 - 1),
-        );
-        let (x, y, rx, ry) = (
-            (x0 + x1) * 0.5,
-            (y0 + y1) * 0.5,
-            (x1 - x0) * 0.5,
-            (y0 - y1) * 0.5,
-        );
+        let setup = primitive.setup;
+        let (x0, x1) = (film.x(self.rect.x0 + rect.x0), film.x(self.rect.x0 + rect.x1 - 1));
+        let (y0, y1) = (film.y(self.rect.y0 + rect.y0), film.y(self.rect.y0 + rect.y1 - 1));
+        let (x, y, rx, ry) = ((x0 + x1) * 0.5, (y0 + y1) * 0.5, (x1 - x0) * 0.5, (y0 - y1) * 0.5);
         let mut inside = true;
         for edge in &setup.edges {
             let (value, range) = (edge.at(x, y), edge.x.abs() * rx + edge.y.abs() * ry);
-            // The range is formed with three roundings; the error holds four of the full size.
+            // The range is formed with three roundings; the error holds six of the full size.
             if value + range < -2.0 * edge.error {
                 return;
             }
@@ -181,131 +218,145 @@ impl<'a> Tile<'a> {
         }
         let key = &setup.key;
         let greatest = key.at(x, y) + key.x.abs() * rx + key.y.abs() * ry + 2.0 * key.error;
+        let block = (rect.y0 / BLOCK_SIDE * TILE_BLOCKS + rect.x0 / BLOCK_SIDE) as usize;
         if self.depth.hides_in_block(block, greatest) {
             return;
         }
-        for j in rect.y0..rect.y1 {
-            for i in rect.x0..rect.x1 {
-                self.intersect_ray(i, j, inside, id, triangle, setup, stats);
+        let first = rect.x0 / BLOCK_SIDE * BLOCK_SIDE;
+        let columns = (1_u64 << (rect.x1 - first)) - (1 << (rect.x0 - first));
+        let x = Lanes::load_array(simd, COLUMNS) * film.step() + film.x(self.rect.x0 + first);
+        for row in rect.y0..rect.y1 {
+            self.intersect_row(x, (first, row), columns, inside, primitive, stats);
+        }
+    }
+
+    /// Tests one triangle against eight rays of a row, of which `columns` are meant; `inside` where its edges are known to
+    /// hold all of them.
+    #[inline(always)]
+    fn intersect_row<S: Simd>(
+        &mut self,
+        x: Lanes<S>,
+        (first, row): (u32, u32),
+        columns: u64,
+        inside: bool,
+        primitive: Primitive<'_>,
+        stats: &mut Stats,
+    ) {
+        let FilmQuery { origin, film, accuracy, any, .. } = self.query;
+        let Primitive { id, setup } = primitive;
+        let simd = x.simd;
+        let zero = Lanes::simd_from(simd, 0.0);
+        let y = film.y(self.rect.y0 + row);
+        stats.samples_tested += u64::from(columns.count_ones());
+
+        // Edges: outside for certain, inside for certain, or in doubt.
+        let (mut kept, mut certain) = (columns, columns);
+        if !inside {
+            for (edge, &zero_is_inside) in setup.edges.iter().zip(&setup.zero_is_inside) {
+                let value = at(edge, x, y);
+                if accuracy == Accuracy::Fast {
+                    let in_front = if zero_is_inside { value.simd_ge(zero) } else { value.simd_gt(zero) };
+                    kept &= in_front.to_bitmask();
+                } else {
+                    kept &= value.simd_ge(zero - edge.error).to_bitmask();
+                    certain &= value.simd_gt(zero + edge.error).to_bitmask();
+                }
+            }
+            if kept == 0 {
+                return;
+            }
+        }
+
+        // Depth: drop what lies behind; at infinity also what lies behind the start point.
+        let key = at(&setup.key, x, y);
+        let (lo, hi) = (key - setup.key.error, key + setup.key.error);
+        let base = place(first, row);
+        let near_lo = Lanes::from_slice(simd, &self.depth.lo[base..base + LANES]);
+        let near_hi = Lanes::from_slice(simd, &self.depth.hi[base..base + LANES]);
+        kept &= !hi.simd_lt(near_lo).to_bitmask();
+        if matches!(origin, Origin::Infinity(_)) {
+            kept &= !lo.simd_gt(zero).to_bitmask();
+            certain &= hi.simd_lt(zero).to_bitmask();
+            if accuracy == Accuracy::Fast {
+                kept &= key.simd_lt(zero).to_bitmask();
+            }
+        }
+        if accuracy == Accuracy::Fast {
+            certain = columns;
+        }
+
+        // What is certain is kept as it is; the rest goes to the exact stage.
+        let sure = kept & certain & lo.simd_gt(near_hi).to_bitmask();
+        if sure != 0 && !any {
+            let mask = LaneMask::from_bitmask(simd, sure);
+            mask.select(lo, near_lo).store_slice(&mut self.depth.lo[base..base + LANES]);
+            mask.select(hi, near_hi).store_slice(&mut self.depth.hi[base..base + LANES]);
+            let ids = &mut self.depth.ids[base..base + LANES];
+            if sure == 0xFF { ids.fill(id) } else { bits(sure).for_each(|lane| ids[lane] = id) }
+            self.depth.mark_stale(base / (BLOCK_SIDE * BLOCK_SIDE) as usize);
+            kept &= !sure;
+        }
+        if kept != 0 {
+            let (lo, hi) = (lo.to_array(), hi.to_array());
+            for lane in bits(kept) {
+                let candidate = Candidate { id, lo: lo[lane], hi: hi[lane] };
+                // In range: fewer than eight columns.
+                self.decide(candidate, (first + lane as u32, row), certain >> lane & 1 == 1, stats);
             }
         }
     }
 
-    /// Tests one triangle against one ray; `inside` where its edges are known to be.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the innermost step: everything is in registers"
-    )]
-    fn intersect_ray(
-        &mut self,
-        i: u32,
-        j: u32,
-        inside: bool,
-        id: u32,
-        triangle: &Triangle,
-        setup: &TriangleSetup,
-        stats: &mut Stats,
-    ) {
-        let index = place(i, j);
-        let FilmQuery {
-            origin,
-            film,
-            accuracy,
-            any,
-            triangles,
-            ..
-        } = self.query;
-        let (i, j) = (self.rect.x0 + i, self.rect.y0 + j);
-        let (x, y) = (film.x(i), film.y(j));
-        stats.samples_tested += 1;
-
-        // Edges: outside for certain, inside for certain, or in doubt.
-        let mut certain = true;
-        if !inside {
-            for (edge, &zero_is_inside) in setup.edges.iter().zip(&setup.zero_is_inside) {
-                let value = edge.at(x, y);
-                if accuracy == Accuracy::Fast {
-                    if !(value > 0.0 || (value == 0.0 && zero_is_inside)) {
-                        return;
-                    }
-                } else if value < -edge.error {
-                    return;
-                } else {
-                    certain &= value > edge.error;
-                }
-            }
-        }
-
-        // Depth: drop what lies behind before any exact work; at infinity a ray starts at its start point.
-        let key = setup.key.at(x, y);
-        let candidate = Candidate {
-            id,
-            key,
-            error: setup.key.error,
-        };
-        if self.depth.is_behind(index, &candidate) {
-            return;
-        }
-        if matches!(origin, Origin::Infinity(_)) {
-            if key - candidate.error > 0.0 || (accuracy == Accuracy::Fast && key >= 0.0) {
+    /// Decides one ray exactly: coverage where it is in doubt, then the order.
+    #[inline(never)]
+    fn decide(&mut self, candidate: Candidate, (i, j): (u32, u32), covered: bool, stats: &mut Stats) {
+        let FilmQuery { origin, film, accuracy, any, triangles, .. } = self.query;
+        let ray = || -> Ray { origin.ray(film.at(self.rect.x0 + i, self.rect.y0 + j)) };
+        if !covered {
+            let triangle = triangles.triangle(candidate.id);
+            if !covers(&ray(), &triangle, origin.ties(), &mut stats.ambiguous_coverage) {
                 return;
             }
-            certain &= key + candidate.error < 0.0;
-        }
-        let ray = || -> Ray { origin.ray(film.at(i, j)) };
-        if !certain
-            && accuracy == Accuracy::Exact
-            && !covers(
-                &ray(),
-                triangle,
-                origin.ties(),
-                &mut stats.ambiguous_coverage,
-            )
-        {
-            return;
         }
         if any {
-            self.depth.settle(index, id);
+            self.depth.settle(place(i, j), candidate.id);
         } else {
-            let exact: Option<&dyn Fn() -> Ray> = if accuracy == Accuracy::Exact {
-                Some(&ray)
-            } else {
-                None
-            };
-            self.depth.offer(
-                index,
-                candidate,
-                triangles,
-                exact,
-                &mut stats.ambiguous_order,
-            );
+            let exact: Option<&dyn Fn() -> Ray> = if accuracy == Accuracy::Exact { Some(&ray) } else { None };
+            self.depth.offer(place(i, j), candidate, triangles, exact, &mut stats.ambiguous_order);
         }
     }
 
     /// Writes what the rays have hit.
     pub(crate) fn write(&self, window: &mut Window<'_>) {
-        let FilmQuery {
-            origin,
-            film,
-            triangles,
-            ..
-        } = self.query;
+        let FilmQuery { origin, film, triangles, .. } = self.query;
         for (j, (ids, ts)) in (0..).zip(&mut window.rows) {
             for i in (0..self.rect.width()).step_by(BLOCK_SIDE as usize) {
                 let columns = i as usize..(i + BLOCK_SIDE).min(self.rect.width()) as usize;
                 let mut row = (&mut ids[columns.clone()], &mut ts[columns]);
-                self.depth
-                    .write(place(i, j), &mut row, origin, triangles, |k| {
-                        // In range: fewer than eight columns.
-                        origin.ray(film.at(self.rect.x0 + i + k as u32, self.rect.y0 + j))
-                    });
+                self.depth.write(place(i, j), &mut row, origin, triangles, |k| {
+                    // In range: fewer than eight columns.
+                    origin.ray(film.at(self.rect.x0 + i + k as u32, self.rect.y0 + j))
+                });
             }
         }
     }
 }
 
-/// Columns and rows beyond this are as good as infinity.
-const LIMIT: f64 = (1_u64 << 31) as f64;
+/// An affine function at eight X and one Y.
+#[inline(always)]
+fn at<S: Simd>(v: &Affine, x: Lanes<S>, y: f64) -> Lanes<S> {
+    x * v.x + (v.c + v.y * y)
+}
+
+/// 0 to 7.
+const COLUMNS: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
+/// The corners of a batch, from the base of the film's coordinates.
+#[inline(always)]
+fn relative<S: Simd>(simd: S, batch: &Batch, base: DVec3) -> [Points<S>; 3] {
+    let base = Points::splat(simd, base);
+    let [a, b, c] = &batch.corners;
+    [Points::load(simd, a).minus(base), Points::load(simd, b).minus(base), Points::load(simd, c).minus(base)]
+}
 
 /// The place of a ray in the depth buffer of a tile: block by block, row by row within a block.
 fn place(x: u32, y: u32) -> usize {
@@ -326,17 +377,6 @@ pub(crate) fn greatest_key(origin: Origin, t: f64) -> f64 {
 fn whole_between(lo: f64, hi: f64, count: u32) -> (u32, u32) {
     let lo = (lo - COLUMN_SLACK).ceil();
     let hi = (hi + COLUMN_SLACK).floor() + 1.0;
-    let bound = |x: f64| {
-        if x <= 0.0 {
-            0
-        } else if x < f64::from(count) {
-            x as u32
-        } else {
-            count
-        }
-    };
-    (
-        if lo.is_nan() { 0 } else { bound(lo) },
-        if hi.is_nan() { count } else { bound(hi) },
-    )
+    let bound = |x: f64| if x <= 0.0 { 0 } else if x < f64::from(count) { x as u32 } else { count };
+    (if lo.is_nan() { 0 } else { bound(lo) }, if hi.is_nan() { count } else { bound(hi) })
 }

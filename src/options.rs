@@ -1,5 +1,7 @@
 //! What a caller may choose. Only [`Accuracy`] can change an output; everything else changes time alone.
 
+use crate::Isa;
+
 /// Which recursion answers the question. Both give the same answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Path {
@@ -28,4 +30,6 @@ pub struct Options {
     pub path: Path,
     /// What happens where f64 cannot decide.
     pub accuracy: Accuracy,
+    /// Which instructions the kernels use. Never changes an output.
+    pub isa: Isa,
 }

@@ -51,10 +51,11 @@ fn run(
         }
         rays.iter().try_for_each(crate::Ray::check)?;
     }
+    let level = options.isa.level()?;
     let mut hits = Hits::missed(rays.len());
     let stats = match (rays, options.path) {
         (Rays::Pencil(pencil), Path::Pencil) => {
-            recursion::intersect(triangles, pencil, options, any, &mut hits)
+            recursion::intersect(triangles, pencil, options.accuracy, level, any, &mut hits)
         }
         _ => general::intersect(triangles, rays, any, &mut hits),
     };

@@ -13,20 +13,24 @@
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
 //! 2011, Algorithm 1.
 
+use fearless_simd::Level;
+
 use crate::depth::DepthBuffer;
 use crate::frustum::Projection;
+use crate::lanes::{Boxes, LANES, bits};
 use crate::leaf::{FilmQuery, TILE_SIDE, Tile, greatest_key};
 use crate::pencil::Pencil;
 use crate::runs::{Node, Runs};
 use crate::scattered::{self, Cluster};
 use crate::window::Window;
-use crate::{Aabb, Film, Hits, Options, Stats, Triangles};
+use crate::{Aabb, Accuracy, Film, Hits, Stats, Triangles};
 
 /// Finds the nearest, or any, hit of each ray of a pencil.
 pub(crate) fn intersect(
     triangles: &Triangles<'_>,
     pencil: &Pencil,
-    options: &Options,
+    accuracy: Accuracy,
+    level: Level,
     any: bool,
     hits: &mut Hits,
 ) -> Stats {
@@ -41,7 +45,6 @@ pub(crate) fn intersect(
         Film::Scattered(samples) => (samples.len() as u32, 1),
     });
     for (film, window) in pencil.films().iter().zip(Window::over(hits, sizes)) {
-        let accuracy = options.accuracy;
         stats = stats.add(match film {
             Film::Grid(film) => {
                 let Some(projection) = Projection::new(pencil.origin(), film.span()) else {
@@ -54,6 +57,7 @@ pub(crate) fn intersect(
                     film,
                     projection: &projection,
                     accuracy,
+                    level,
                     any,
                 };
                 split_film(query, &runs, window)
@@ -90,67 +94,60 @@ fn split_film(query: FilmQuery<'_>, runs: &Runs, mut window: Window<'_>) -> Stat
 
 /// A set of rays that one bound stands for.
 pub(crate) trait SubPencil {
-    /// A lower bound of t within a box, or `None` when no ray meets it. Counts the test.
-    fn enter(&self, bounds: &Aabb, stats: &mut Stats) -> Option<f64>;
+    /// The boxes, as bits, that some ray may meet, and a lower bound of t within each. Counts the tests.
+    fn enter(&self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]);
     /// The greatest depth key of what lies no nearer than t.
     fn greatest_key(&self, t: f64) -> f64;
     /// The hits so far.
     fn depth(&mut self) -> &mut DepthBuffer;
-    /// Tests one triangle against all rays.
-    fn intersect(&mut self, id: u32, stats: &mut Stats);
+    /// Tests a run of triangles within a box against all rays, now or later.
+    fn intersect(&mut self, bounds: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats);
+    /// Finishes what was put off.
+    fn flush(&mut self, stats: &mut Stats);
 }
 
 /// Finds the hits of a sub-pencil with all objects.
 pub(crate) fn intersect_objects(rays: &mut impl SubPencil, runs: &Runs) -> Stats {
     let mut stats = Stats::default();
-    rays.depth().refresh();
-    if let Some(root) = runs.root() {
-        match rays.enter(runs.bounds(root), &mut stats) {
-            Some(t) => descend(rays, runs, root, t, &mut stats),
-            None => stats.culled_by_bound += 1,
-        }
-    }
+    descend(rays, runs, runs.root(), &mut stats);
+    rays.flush(&mut stats);
     stats
 }
 
-/// One step of the recursion: a node whose box the rays may meet, no nearer than t.
-fn descend(rays: &mut impl SubPencil, runs: &Runs, node: Node, t: f64, stats: &mut Stats) {
-    let key = rays.greatest_key(t);
-    if rays.depth().hides(key) {
-        stats.culled_by_depth += 1;
-        return;
-    }
+/// One step of the recursion: a node that the rays may meet.
+fn descend(rays: &mut impl SubPencil, runs: &Runs, node: Node, stats: &mut Stats) {
+    let Some(boxes) = runs.boxes(node) else { return };
     stats.nodes += 1;
-    let Some(children) = runs.children(node) else {
-        for id in runs.triangles(node) {
-            rays.intersect(id, stats);
-        }
-        rays.depth().refresh();
-        return;
-    };
+    rays.depth().refresh();
     // Keep what the rays may meet, and take the near ones first.
-    let mut near_first = [(0.0, node); 16];
-    let mut kept = 0;
-    for child in children {
-        match rays.enter(runs.bounds(child), stats) {
-            Some(t) => {
-                near_first[kept] = (t, child);
-                kept += 1;
-            }
-            None => stats.culled_by_bound += 1,
-        }
+    let (met, ts) = rays.enter(boxes, stats);
+    let (mut near_first, mut kept) = ([0; LANES], 0);
+    for lane in bits(met) {
+        near_first[kept] = lane;
+        kept += 1;
     }
     let near_first = &mut near_first[..kept];
-    near_first.sort_unstable_by(|(one, _), (other, _)| one.total_cmp(other));
-    for &mut (t, child) in near_first {
-        descend(rays, runs, child, t, stats);
+    near_first.sort_unstable_by(|&one, &other| ts[one].total_cmp(&ts[other]));
+    for &mut lane in near_first {
+        let key = rays.greatest_key(ts[lane]);
+        if rays.depth().hides(key) {
+            stats.culled_by_depth += 1;
+            continue;
+        }
+        let child = Runs::child(node, lane);
+        match runs.triangles(child) {
+            Some(ids) => rays.intersect(&boxes.get(lane), ids, stats),
+            None => descend(rays, runs, child, stats),
+        }
     }
 }
 
 impl SubPencil for Tile<'_> {
-    fn enter(&self, bounds: &Aabb, stats: &mut Stats) -> Option<f64> {
-        stats.frustum_tests += 1;
-        self.frustum.enter(bounds)
+    fn enter(&self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
+        let (met, ts) = self.enter(boxes);
+        stats.frustum_tests += LANES as u64;
+        stats.culled_by_bound += LANES as u64 - u64::from(met.count_ones());
+        (met, ts)
     }
 
     fn greatest_key(&self, t: f64) -> f64 {
@@ -161,14 +158,18 @@ impl SubPencil for Tile<'_> {
         &mut self.depth
     }
 
-    fn intersect(&mut self, id: u32, stats: &mut Stats) {
-        self.intersect(id, stats);
+    fn intersect(&mut self, bounds: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats) {
+        self.intersect(bounds, ids, stats);
+    }
+
+    fn flush(&mut self, stats: &mut Stats) {
+        self.flush(stats);
     }
 }
 
 impl SubPencil for Cluster<'_> {
-    fn enter(&self, bounds: &Aabb, stats: &mut Stats) -> Option<f64> {
-        self.enter(bounds, stats)
+    fn enter(&self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
+        self.enter(boxes, stats)
     }
 
     fn greatest_key(&self, t: f64) -> f64 {
@@ -179,7 +180,9 @@ impl SubPencil for Cluster<'_> {
         &mut self.depth
     }
 
-    fn intersect(&mut self, id: u32, stats: &mut Stats) {
-        self.intersect(id, stats);
+    fn intersect(&mut self, _: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats) {
+        ids.for_each(|id| self.intersect(id, stats));
     }
+
+    fn flush(&mut self, _: &mut Stats) {}
 }

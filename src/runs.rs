@@ -1,7 +1,7 @@
-//! Objects as runs: 64 consecutive triangles share one box, 16 boxes the next one up.
+//! Objects as runs: 16 consecutive triangles share one box, 8 boxes the next one up.
 //!
-//! The hierarchy is implicit in the order of the triangles: node i of a level holds nodes 16i to 16i + 15 of the level
-//! below. Boxes are computed in one streaming pass for each query and forgotten after it.
+//! The hierarchy is implicit in the order of the triangles: node i of a level holds nodes 8i to 8i + 7 of the level
+//! below, whose boxes are tested together. Boxes are computed in one streaming pass for each query and forgotten after it.
 //!
 //! The order is the file's where that is coherent, else the one of [`crate::order`]. Measured by the area of the runs'
 //! boxes over that of the triangles' own boxes: both are near each other when neighbours in the file are neighbours in
@@ -15,15 +15,16 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::lanes::{Boxes, LANES};
 use crate::order::along_curve;
 use crate::{Aabb, Triangles};
 
 /// Triangles per run.
-const RUN: usize = 64;
-/// Children per node.
-const FANOUT: usize = 16;
+pub(crate) const RUN: usize = 16;
+/// Children per node: one vector of boxes.
+const FANOUT: usize = LANES;
 /// Runs whose boxes have more than this multiple of the area of their triangles' boxes are ordered anew.
-const COHERENT_AREA: f64 = 8.0;
+const COHERENT_AREA: f64 = 4.0;
 
 /// A node of the implicit hierarchy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,69 +38,66 @@ pub(crate) struct Node {
 pub(crate) struct Runs {
     /// The order of the triangles; empty for the order of the file.
     order: Vec<u32>,
-    /// Boxes of the runs, then of ever larger groups, up to one node.
-    levels: Vec<Vec<Aabb>>,
+    /// Boxes of the runs, then of ever larger groups, up to one vector of boxes.
+    levels: Vec<Vec<Boxes>>,
     triangles: usize,
 }
 
 impl Runs {
     /// Runs in the order of the file, or in a better one. O(n).
     pub(crate) fn new(triangles: &Triangles<'_>) -> Self {
-        let (boxes, area) = run_boxes(triangles, &[]);
-        let area_of_runs: f64 = boxes.par_iter().map(area_of).sum();
-        let mut runs = Self {
-            order: Vec::new(),
-            levels: vec![boxes],
-            triangles: triangles.len(),
-        };
+        let (boxes, area_of_runs, area) = run_boxes(triangles, &[]);
+        let mut runs = Self { order: Vec::new(), levels: vec![boxes], triangles: triangles.len() };
         if area_of_runs > COHERENT_AREA * area {
-            let bounds = runs.levels[0]
-                .iter()
-                .copied()
-                .fold(Aabb::EMPTY, Aabb::union);
+            let bounds = runs.levels[0].iter().map(union).fold(Aabb::EMPTY, Aabb::union);
             runs.levels.clear();
             runs.order = along_curve(triangles, &bounds);
             runs.levels.push(run_boxes(triangles, &runs.order).0);
         }
         while let Some(top) = runs.levels.last().filter(|top| top.len() > 1) {
-            let union = |boxes: &[Aabb]| boxes.iter().copied().fold(Aabb::EMPTY, Aabb::union);
-            let next = top.chunks(FANOUT).map(union).collect();
+            let next = top.chunks(FANOUT).map(|children| gather(children.iter().map(union))).collect();
             runs.levels.push(next);
         }
         runs
     }
 
-    /// The node that holds everything, or `None` without triangles.
-    pub(crate) fn root(&self) -> Option<Node> {
-        (self.triangles > 0).then(|| Node {
-            level: self.levels.len() - 1,
-            index: 0,
-        })
+    /// The vector of nodes that holds everything.
+    pub(crate) fn root(&self) -> Node {
+        Node { level: self.levels.len(), index: 0 }
     }
 
-    /// The box of a node.
-    pub(crate) fn bounds(&self, node: Node) -> &Aabb {
-        &self.levels[node.level][node.index]
+    /// The boxes of a node's children.
+    pub(crate) fn boxes(&self, node: Node) -> Option<&Boxes> {
+        self.levels.get(node.level.checked_sub(1)?)?.get(node.index)
     }
 
-    /// The children of a node, or `None` for a run.
-    pub(crate) fn children(&self, node: Node) -> Option<impl Iterator<Item = Node>> {
-        let level = node.level.checked_sub(1)?;
-        let first = node.index * FANOUT;
-        let last = (first + FANOUT).min(self.levels[level].len());
-        Some((first..last).map(move |index| Node { level, index }))
+    /// A child of a node.
+    pub(crate) fn child(node: Node, lane: usize) -> Node {
+        Node { level: node.level - 1, index: node.index * FANOUT + lane }
     }
 
-    /// The ids of a run's triangles.
-    pub(crate) fn triangles(&self, run: Node) -> impl Iterator<Item = u32> {
-        range(run.index, self.triangles).map(|place| id_at(&self.order, place))
+    /// The ids of a run's triangles, or `None` for a node with children.
+    pub(crate) fn triangles(&self, node: Node) -> Option<impl Iterator<Item = u32>> {
+        (node.level == 0).then(|| range(node.index, self.triangles).map(|place| id_at(&self.order, place)))
     }
 
     /// Bytes kept.
     pub(crate) fn bytes(&self) -> usize {
         let boxes: usize = self.levels.iter().map(Vec::capacity).sum();
-        self.order.capacity() * size_of::<u32>() + boxes * size_of::<Aabb>()
+        self.order.capacity() * size_of::<u32>() + boxes * size_of::<Boxes>()
     }
+}
+
+/// The box around all lanes.
+fn union(boxes: &Boxes) -> Aabb {
+    (0..LANES).map(|lane| boxes.get(lane)).fold(Aabb::EMPTY, Aabb::union)
+}
+
+/// Up to eight boxes as a vector.
+fn gather(bounds: impl Iterator<Item = Aabb>) -> Boxes {
+    let mut boxes = Boxes::EMPTY;
+    bounds.enumerate().for_each(|(lane, bounds)| boxes.set(lane, &bounds));
+    boxes
 }
 
 /// The places of a run.
@@ -113,21 +111,33 @@ fn id_at(order: &[u32], place: usize) -> u32 {
     order.get(place).copied().unwrap_or(place as u32)
 }
 
-/// The box of each run, and the summed area of the triangles' own boxes.
-fn run_boxes(triangles: &Triangles<'_>, order: &[u32]) -> (Vec<Aabb>, f64) {
+/// The boxes of all runs, the sum of their areas, and that of the triangles' own boxes.
+fn run_boxes(triangles: &Triangles<'_>, order: &[u32]) -> (Vec<Boxes>, f64, f64) {
     let count = triangles.len();
-    let boxes: Vec<(Aabb, f64)> = (0..count.div_ceil(RUN))
+    let of_run = |run: usize| {
+        range(run, count).fold((Aabb::EMPTY, 0.0), |(bounds, area), place| {
+            let own = triangles.bounds(id_at(order, place));
+            (bounds.union(own), area + area_of(&own))
+        })
+    };
+    let runs = count.div_ceil(RUN);
+    let vectors: Vec<(Boxes, f64, f64)> = (0..runs.div_ceil(FANOUT))
         .into_par_iter()
-        .with_min_len(64)
-        .map(|run| {
-            range(run, count).fold((Aabb::EMPTY, 0.0), |(bounds, area), place| {
-                let own = triangles.bounds(id_at(order, place));
-                (bounds.union(own), area + area_of(&own))
-            })
+        .with_min_len(32)
+        .map(|vector| {
+            let (mut boxes, mut area_of_runs, mut area) = (Boxes::EMPTY, 0.0, 0.0);
+            for run in vector * FANOUT..(vector * FANOUT + FANOUT).min(runs) {
+                let (bounds, own) = of_run(run);
+                boxes.set(run % FANOUT, &bounds);
+                area_of_runs += area_of(&bounds);
+                area += own;
+            }
+            (boxes, area_of_runs, area)
         })
         .collect();
-    let area = boxes.iter().map(|&(_, area)| area).sum();
-    (boxes.into_iter().map(|(bounds, _)| bounds).collect(), area)
+    let area_of_runs = vectors.iter().map(|&(_, area, _)| area).sum();
+    let area = vectors.iter().map(|&(_, _, area)| area).sum();
+    (vectors.into_iter().map(|(boxes, ..)| boxes).collect(), area_of_runs, area)
 }
 
 /// Half the surface of a box. Flat boxes count by their perimeter as well, or a wall would weigh nothing.

@@ -4,8 +4,7 @@
 //! along that curve in the plane across their direction. A cluster of consecutive rays is bounded by a cone (point) or a
 //! frustum (infinity), and runs through the same recursion as a tile.
 //!
-//! Edge functions are evaluated per ray in space: e = d·n for a point, e = (p − a)·n at infinity; see [`crate::setup`] for n
-//! and the depth key.
+//! Edge functions are evaluated per ray in space, see [`crate::space_setup`].
 //!
 //! Based on: Gregory Johnson et al., "The Irregular Z-Buffer", 2005; Chris Wyman, Rama Hoetzlein, Aaron Lefohn,
 //! "Frustum-Traced Raster Shadows", 2015.
@@ -15,19 +14,18 @@ use std::mem::size_of;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::approx::{Approx, Cross, Sign};
 use crate::bounds::U;
 use crate::depth::{Candidate, DepthBuffer};
 use crate::frustum::{Frustum, Interval, Projection};
 use crate::hits::NO_TRIANGLE;
+use crate::lanes::{Boxes, LANES};
 use crate::pencil::Origin;
-use crate::predicates::{covers, facing, orientation};
+use crate::predicates::covers;
 use crate::recursion::intersect_objects;
 use crate::runs::Runs;
-use crate::setup::precedes;
-use crate::triangles::Triangle;
+use crate::space_setup::SpaceSetup;
 use crate::window::Window;
-use crate::{Aabb, Accuracy, Cone, Stats, Triangles};
+use crate::{Accuracy, Cone, Stats, Triangles};
 
 /// Rays per cluster.
 const CLUSTER: usize = 256;
@@ -185,19 +183,31 @@ impl<'a> Cluster<'a> {
         self.query.origin
     }
 
-    /// A lower bound of t within a box, or `None` when no ray meets it.
-    pub(crate) fn enter(&self, bounds: &Aabb, stats: &mut Stats) -> Option<f64> {
-        match &self.bound {
-            Bound::Cone(cone) => {
-                stats.cone_tests += 1;
-                cone.enter(bounds)
+    /// The boxes, as bits, that some ray may meet, and a lower bound of t within each.
+    pub(crate) fn enter(&self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
+        let (mut met, mut ts) = (0, [0.0; LANES]);
+        for (lane, t) in ts.iter_mut().enumerate() {
+            let bounds = boxes.get(lane);
+            if bounds.is_empty() {
+                continue;
             }
-            Bound::Frustum(frustum) => {
-                stats.frustum_tests += 1;
-                frustum.enter(bounds)
+            let entered = match &self.bound {
+                Bound::Cone(cone) => {
+                    stats.cone_tests += 1;
+                    cone.enter(&bounds)
+                }
+                Bound::Frustum(frustum) => {
+                    stats.frustum_tests += 1;
+                    frustum.enter(&bounds)
+                }
+                Bound::Everything => Some(0.0),
+            };
+            match entered {
+                Some(least) => (*t, met) = (least, met | 1 << lane),
+                None => stats.culled_by_bound += 1,
             }
-            Bound::Everything => Some(0.0),
         }
+        (met, ts)
     }
 
     /// Tests one triangle against all rays of the cluster.
@@ -226,11 +236,8 @@ impl<'a> Cluster<'a> {
                 None => continue,
             };
             let key = setup.key(sample);
-            let candidate = Candidate {
-                id,
-                key: key.value,
-                error: key.error,
-            };
+            // Both sums round once; the error of a quotient has room for that.
+            let candidate = Candidate { id, lo: key.value - key.error, hi: key.value + key.error };
             if self.depth.is_behind(index, &candidate) {
                 continue;
             }
@@ -238,10 +245,8 @@ impl<'a> Cluster<'a> {
             // A start point at or beyond the plane: t ≤ 0.
             let ahead = match origin {
                 Origin::Point(_) => Some(true),
-                Origin::Infinity(_) if key.value > key.error => Some(false),
-                Origin::Infinity(_) => {
-                    (key.value < -key.error || accuracy == Accuracy::Fast).then_some(true)
-                }
+                Origin::Infinity(_) if candidate.lo > 0.0 => Some(false),
+                Origin::Infinity(_) => (candidate.hi < 0.0 || accuracy == Accuracy::Fast).then_some(true),
             };
             let hit = match (certain, ahead) {
                 (_, Some(false)) => false,
@@ -315,113 +320,4 @@ fn beam(direction: DVec3, starts: &[DVec3]) -> Option<Frustum> {
         }
     }
     Some(Frustum::new(&projection, x, y, t))
-}
-
-/// A triangle as the rays of a pencil see it, in space.
-#[derive(Debug)]
-struct SpaceSetup {
-    at_infinity: bool,
-    /// Edge normals, and the points that parallel rays are measured from.
-    edges: [(Cross, DVec3); 3],
-    /// The sign that makes "inside" positive, edge by edge.
-    flipped: [bool; 3],
-    normal: Cross,
-    /// A corner.
-    corner: DVec3,
-    /// A·N or D·N.
-    denominator: Approx,
-}
-
-impl SpaceSetup {
-    /// `None` when no ray of the pencil can hit the triangle.
-    fn new(origin: Origin, triangle: &Triangle) -> Option<Self> {
-        let normal = Cross::of(triangle.b - triangle.a, triangle.c - triangle.a);
-        let Triangle { a, b, c } = *triangle;
-        let (denominator, side) = match origin {
-            Origin::Point(o) => {
-                let volume = normal.dot(a - o);
-                (
-                    volume,
-                    volume.sign().unwrap_or_else(|| orientation(a, b, c, o)),
-                )
-            }
-            Origin::Infinity(d) => {
-                let slope = normal.dot(d);
-                (
-                    slope,
-                    slope
-                        .sign()
-                        .unwrap_or_else(|| facing(&origin.ray(DVec3::ZERO), triangle)),
-                )
-            }
-        };
-        if side == Sign::Zero {
-            return None;
-        }
-        let mut flipped = [false; 3];
-        let mut corner = 0;
-        let edges = triangle.edges().map(|(a, b)| {
-            let (a, b, swapped) = if precedes(a, b) {
-                (a, b, false)
-            } else {
-                (b, a, true)
-            };
-            flipped[corner] = swapped != (side == Sign::Negative);
-            corner += 1;
-            match origin {
-                Origin::Point(o) => (Cross::of(a - o, b - a), DVec3::ZERO),
-                Origin::Infinity(d) => (Cross::of(d, b - a), a),
-            }
-        });
-        let at_infinity = matches!(origin, Origin::Infinity(_));
-        Some(Self {
-            at_infinity,
-            edges,
-            flipped,
-            normal,
-            corner: a,
-            denominator,
-        })
-    }
-
-    /// The edge functions, positive inside.
-    fn edge_values(&self, sample: DVec3) -> [Approx; 3] {
-        [0, 1, 2].map(|k| {
-            let (n, base) = &self.edges[k];
-            let e = n.dot(if self.at_infinity {
-                sample - *base
-            } else {
-                sample
-            });
-            Approx {
-                value: if self.flipped[k] { -e.value } else { e.value },
-                ..e
-            }
-        })
-    }
-
-    /// `None` outside for certain, `Some(true)` inside for certain, `Some(false)` in doubt.
-    fn inside(&self, sample: DVec3) -> Option<bool> {
-        let signs = self.edge_values(sample).map(Approx::sign);
-        if signs.contains(&Some(Sign::Negative)) {
-            return None;
-        }
-        Some(signs.iter().all(Option::is_some))
-    }
-
-    /// The rounded decision; an edge function of zero belongs to one side of the edge.
-    fn inside_rounded(&self, sample: DVec3) -> bool {
-        let values = self.edge_values(sample);
-        (0..3).all(|k| values[k].value > 0.0 || (values[k].value == 0.0 && !self.flipped[k]))
-    }
-
-    /// 1/t or −t.
-    fn key(&self, sample: DVec3) -> Approx {
-        let slope = self.normal.dot(if self.at_infinity {
-            sample - self.corner
-        } else {
-            sample
-        });
-        slope.over(self.denominator)
-    }
 }

@@ -1,19 +1,24 @@
-//! Triangle setup: everything about a triangle that the rays of one film share.
+//! Triangle setup: everything about a triangle that the rays of one film share, for eight triangles at once.
 //!
 //! On a film the edge functions and the depth key are affine, v(X, Y) = c + xX + yY. For an origin at a point the edge
-//! a→b has n = A×(b − a) and e = d·n, so (c, x, y) = (n·F, n·R, n·U), and the key is 1/t = (d·N)/(A·N). At infinity
-//! n = D×(b − a) and e = (p − a)·n, so c = n·(F − a), and the key is −t = (p − a)·N/(D·N). Greater keys are nearer.
+//! a→b has n = (A + B)×(b − a) = 2A×B and e = d·n, so (c, x, y) = (n·F, n·R, n·U), and the key is 1/t = (d·N)/(A·N). At
+//! infinity n = D×(b − a) and 2e = ((p − a) + (p − b))·n, so c = ((F − a) + (F − b))·n, and the key is
+//! −t = (p − a)·N/(D·N). Greater keys are nearer.
 //!
-//! n is formed from b − a and not from A×B, which would cancel. Edges are evaluated in one direction for both of their
-//! triangles, so that rounded values are exactly opposite: even `fast` has no cracks along edges.
+//! n is formed from b − a and not from A×B, which would cancel. Both forms change nothing but their sign, to the bit, when
+//! a and b are exchanged: even `fast` has no cracks along edges.
+//!
+//! Errors are bounded as in [`crate::approx`].
 //!
 //! Based on: Marc Olano and Trey Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997.
 
+use fearless_simd::prelude::*;
 use glam::DVec3;
 
 use crate::GridFilm;
-use crate::approx::{Approx, Cross, Sign};
+use crate::approx::{Sign, TRIPLE_PRODUCT_ERROR};
 use crate::bounds::U;
+use crate::lanes::{Batch, CrossLanes, LANES, LaneMask, Lanes, Points, bits};
 use crate::pencil::Origin;
 use crate::predicates::{facing, orientation};
 use crate::triangles::Triangle;
@@ -21,6 +26,9 @@ use crate::triangles::Triangle;
 /// Evaluating c + xX + yY: one rounding per product, two for the sum. As much again pays for forming the bound and for
 /// the sums and differences of value and bound in comparisons.
 const AFFINE_ERROR: f64 = 6.0 * U;
+
+/// Roundings of bounds of bounds: a handful of operations, each (1 + u).
+const BOUND_SLACK: f64 = 1.0 + 16.0 * U;
 
 /// An affine function on a film, scaled so that "inside" is positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,19 +41,6 @@ pub(crate) struct Affine {
 }
 
 impl Affine {
-    /// From coefficients with errors, for |X| ≤ `reach[0]` and |Y| ≤ `reach[1]`.
-    fn new([c, x, y]: [Approx; 3], reach: [f64; 2]) -> Self {
-        let coefficients = c.error + x.error * reach[0] + y.error * reach[1];
-        let size = c.value.abs() + x.value.abs() * reach[0] + y.value.abs() * reach[1];
-        let error = (coefficients + size * AFFINE_ERROR) * (1.0 + 8.0 * U);
-        Self {
-            c: c.value,
-            x: x.value,
-            y: y.value,
-            error,
-        }
-    }
-
     /// The value at (X, Y).
     pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         self.c + self.x * x + self.y * y
@@ -63,81 +58,181 @@ pub(crate) struct TriangleSetup {
     pub(crate) key: Affine,
 }
 
-/// Sets up a triangle for a tile within |X| ≤ `reach[0]` and |Y| ≤ `reach[1]`; `None` when no ray of the pencil can hit it:
-/// it has no area, or is seen edge-on.
-pub(crate) fn set_up(
+/// Eight triangles on a film.
+pub(crate) struct BatchSetup {
+    /// c, x, y and error of three edges and the key, lane by lane.
+    values: [[[f64; LANES]; 4]; 4],
+    zero_is_inside: [u64; 3],
+    /// The lanes that any ray of the pencil can hit: not without area, not seen edge-on.
+    pub(crate) lanes: u64,
+}
+
+impl BatchSetup {
+    /// One of the triangles.
+    pub(crate) fn lane(&self, lane: usize) -> TriangleSetup {
+        let affine = |k: usize| {
+            let [c, x, y, error] = [0, 1, 2, 3].map(|part| self.values[k][part][lane]);
+            Affine { c, x, y, error }
+        };
+        TriangleSetup {
+            edges: [affine(0), affine(1), affine(2)],
+            zero_is_inside: self.zero_is_inside.map(|mask| mask >> lane & 1 == 1),
+            key: affine(3),
+        }
+    }
+}
+
+/// Sets up eight triangles for a tile within |X| ≤ `reach[0]` and |Y| ≤ `reach[1]`.
+#[inline(always)]
+pub(crate) fn set_up<S: Simd>(
+    simd: S,
     origin: Origin,
     film: &GridFilm,
-    triangle: &Triangle,
+    batch: &Batch,
     reach: [f64; 2],
-) -> Option<TriangleSetup> {
-    let [f, r, u] = film.span();
-    let normal = Cross::of(triangle.b - triangle.a, triangle.c - triangle.a);
-    // The common sign of the three edge functions of a hit, and the denominator of the key.
-    let (side, denominator) = match origin {
-        Origin::Point(o) => {
-            let volume = normal.dot(triangle.a - o);
-            (
-                volume
-                    .sign()
-                    .unwrap_or_else(|| orientation(triangle.a, triangle.b, triangle.c, o)),
-                volume,
-            )
-        }
-        Origin::Infinity(d) => {
-            let slope = normal.dot(d);
-            (
-                slope
-                    .sign()
-                    .unwrap_or_else(|| facing(&origin.ray(f), triangle)),
-                slope,
-            )
-        }
+) -> BatchSetup {
+    let span = film.span();
+    let base = match origin {
+        Origin::Point(point) => point,
+        Origin::Infinity(_) => span[0],
     };
-    if side == Sign::Zero {
-        return None;
-    }
-    let key = match origin {
-        Origin::Point(_) => [normal.dot(f), normal.dot(r), normal.dot(u)],
-        Origin::Infinity(_) => [normal.dot(f - triangle.a), normal.dot(r), normal.dot(u)],
+    let [a, b, c] =
+        [Points::load(simd, &batch.corners[0]), Points::load(simd, &batch.corners[1]), Points::load(simd, &batch.corners[2])];
+    let corners = [a, b, c];
+    let base = Points::splat(simd, base);
+    let relative = [a.minus(base), b.minus(base), c.minus(base)];
+
+    // The normal; the side of the origin, A·N or D·N, is the sign of a hit and the denominator of the key.
+    let (ab, ac) = (b.minus(a), c.minus(a));
+    let normal = CrossLanes::of(ab, ab.abs(), ac);
+    let denominator = match origin {
+        Origin::Point(_) => Product::of(normal, relative[0]),
+        Origin::Infinity(d) => Product::of(normal, Points::splat(simd, d)),
     };
-    let mut zero_is_inside = [false; 3];
-    let mut corner = 0;
-    let edges = triangle.edges().map(|(a, b)| {
-        // One direction for both triangles of an edge; the sign puts it right.
-        let (a, b, swapped) = if precedes(a, b) {
-            (a, b, false)
-        } else {
-            (b, a, true)
-        };
-        let flipped = swapped != (side == Sign::Negative);
-        zero_is_inside[corner] = !flipped;
-        corner += 1;
-        let coefficients = match origin {
-            Origin::Point(o) => {
-                let n = Cross::of(a - o, b - a);
-                [n.dot(f), n.dot(r), n.dot(u)]
+    let negative = sides(origin, batch, denominator);
+    let zero = Lanes::simd_from(simd, 0.0);
+    let negative_mask = LaneMask::from_bitmask(simd, negative.0);
+
+    let mut setup = BatchSetup { values: [[[0.0; LANES]; 4]; 4], zero_is_inside: [0; 3], lanes: negative.1 };
+    for edge in 0..3 {
+        let next = (edge + 1) % 3;
+        let along = corners[next].minus(corners[edge]);
+        let (from, to) = (relative[edge], relative[next]);
+        let (n, first) = match origin {
+            Origin::Point(_) => {
+                let n = CrossLanes::of(from.plus(to), from.abs().plus(to.abs()), along);
+                (n, Product::with(n, span[0]))
             }
             Origin::Infinity(d) => {
-                let n = Cross::of(d, b - a);
-                [n.dot(f - a), n.dot(r), n.dot(u)]
+                let d = Points::splat(simd, d);
+                let n = CrossLanes::of(d, d.abs(), along);
+                // relative = a − F: the sum has the opposite sign of (F − a) + (F − b).
+                (n, Product::sized(n, from.plus(to), from.abs().plus(to.abs())).negated())
             }
         };
-        let signed = coefficients.map(|v| Approx {
-            value: if flipped { -v.value } else { v.value },
-            ..v
-        });
-        Affine::new(signed, reach)
-    });
-    Some(TriangleSetup {
-        edges,
-        zero_is_inside,
-        key: Affine::new(key.map(|v| v.over(denominator)), reach),
+        let twice = if matches!(origin, Origin::Infinity(_)) { 2.0 } else { 1.0 };
+        let (right, up) = (Product::with(n, span[1] * twice), Product::with(n, span[2] * twice));
+        let (first, right, up) = (first.signed(negative_mask), right.signed(negative_mask), up.signed(negative_mask));
+        setup.values[edge] = affine(first, right, up, reach);
+        setup.zero_is_inside[edge] = leads_positive(n.value, zero) ^ negative.0;
+    }
+
+    let first = match origin {
+        Origin::Point(_) => Product::with(normal, span[0]),
+        Origin::Infinity(_) => Product::of(normal, relative[0]).negated(),
+    };
+    let (right, up) = (Product::with(normal, span[1]), Product::with(normal, span[2]));
+    let (first, right) = (first.over(denominator, zero), right.over(denominator, zero));
+    setup.values[3] = affine(first, right, up.over(denominator, zero), reach);
+    setup
+}
+
+/// A value per lane, and a bound of its error.
+#[derive(Clone, Copy)]
+struct Product<S: Simd> {
+    value: Lanes<S>,
+    error: Lanes<S>,
+}
+
+impl<S: Simd> Product<S> {
+    /// n·x for an exact x.
+    #[inline(always)]
+    fn with(n: CrossLanes<S>, x: DVec3) -> Self {
+        Self { value: n.value.dot(x), error: n.permanent.dot(x.abs()) * TRIPLE_PRODUCT_ERROR }
+    }
+
+    /// n·x for an x per lane, rounded once.
+    #[inline(always)]
+    fn of(n: CrossLanes<S>, x: Points<S>) -> Self {
+        Self::sized(n, x, x.abs())
+    }
+
+    /// n·x for an x per lane whose roundings are those of `size`.
+    #[inline(always)]
+    fn sized(n: CrossLanes<S>, x: Points<S>, size: Points<S>) -> Self {
+        Self { value: n.value.dot_lanes(x), error: n.permanent.dot_lanes(size) * TRIPLE_PRODUCT_ERROR }
+    }
+
+    #[inline(always)]
+    fn negated(self) -> Self {
+        Self { value: -self.value, error: self.error }
+    }
+
+    /// −p in the lanes of the mask.
+    #[inline(always)]
+    fn signed(self, negative: LaneMask<S>) -> Self {
+        Self { value: negative.select(-self.value, self.value), error: self.error }
+    }
+
+    /// The quotient; 0 with infinite error where the divisor may be zero.
+    #[inline(always)]
+    fn over(self, divisor: Self, zero: Lanes<S>) -> Self {
+        let size = divisor.value.abs() - divisor.error;
+        let certain = size.simd_gt(zero);
+        let value = self.value / divisor.value;
+        let error = (self.error + value.abs() * divisor.error) / size + value.abs() * U;
+        Self { value: certain.select(value, zero), error: certain.select(error * BOUND_SLACK, zero + f64::INFINITY) }
+    }
+}
+
+/// c, x, y and the error of evaluating them within `reach`.
+#[inline(always)]
+fn affine<S: Simd>(c: Product<S>, x: Product<S>, y: Product<S>, reach: [f64; 2]) -> [[f64; LANES]; 4] {
+    let coefficients = c.error + x.error * reach[0] + y.error * reach[1];
+    let size = c.value.abs() + x.value.abs() * reach[0] + y.value.abs() * reach[1];
+    let error = (coefficients + size * AFFINE_ERROR) * BOUND_SLACK;
+    [c.value.to_array(), x.value.to_array(), y.value.to_array(), error.to_array()]
+}
+
+/// The lanes where the first component that is not zero is positive.
+#[inline(always)]
+fn leads_positive<S: Simd>(n: Points<S>, zero: Lanes<S>) -> u64 {
+    let (x, y, z) = (n.x.simd_eq(zero), n.y.simd_eq(zero), n.z.simd_gt(zero));
+    let lead = n.x.simd_gt(zero) | (x & (n.y.simd_gt(zero) | (y & z)));
+    lead.to_bitmask()
+}
+
+/// The lanes with a negative side, and those with a side at all: exactly, where the bound leaves doubt.
+#[inline(always)]
+fn sides<S: Simd>(origin: Origin, batch: &Batch, side: Product<S>) -> (u64, u64) {
+    let positive = side.value.simd_gt(side.error).to_bitmask() & batch.lanes();
+    let negative = (-side.value).simd_gt(side.error).to_bitmask() & batch.lanes();
+    let doubtful = batch.lanes() & !positive & !negative;
+    bits(doubtful).fold((negative, positive | negative), |(negative, any), lane| {
+        match exact_side(origin, batch, lane) {
+            Sign::Negative => (negative | 1 << lane, any | 1 << lane),
+            Sign::Zero => (negative, any),
+            Sign::Positive => (negative, any | 1 << lane),
+        }
     })
 }
 
-/// A strict order of points that does not depend on the triangle: lexicographic.
-pub(crate) fn precedes(a: DVec3, b: DVec3) -> bool {
-    let first_difference = (0..3).find(|&k| a[k] != b[k]);
-    first_difference.is_some_and(|k| a[k] < b[k])
+/// The sign of A·N or D·N.
+#[cold]
+fn exact_side(origin: Origin, batch: &Batch, lane: usize) -> Sign {
+    let [a, b, c] = batch.corners.each_ref().map(|corner| DVec3::from_array(corner.map(|x| x[lane])));
+    match origin {
+        Origin::Point(o) => orientation(a, b, c, o),
+        Origin::Infinity(_) => facing(&origin.ray(DVec3::ZERO), &Triangle { a, b, c }),
+    }
 }
