@@ -54,7 +54,7 @@ pub fn builtin_view(name: &str) -> Option<BuiltinView> {
             eye: [3.75, 2.0, 4.05],
             target: [0.0, 1.04, -0.05],
             up: [0.0, 1.0, 0.0],
-            fov_degrees: 34.0,
+            fov_degrees: 35.0,
             light: [-1.5, 7.0, 3.5],
         },
         Rule::Cornell => BuiltinView {
@@ -69,9 +69,7 @@ pub fn builtin_view(name: &str) -> Option<BuiltinView> {
 
 /// Reads a name.
 fn rule(name: &str) -> Result<Rule, Error> {
-    let (head, count) = name
-        .split_once(':')
-        .map_or((name, None), |(a, b)| (a, Some(b)));
+    let (head, count) = name.split_once(':').map_or((name, None), |(a, b)| (a, Some(b)));
     match (head, count) {
         ("umbel", None) => Ok(Rule::Umbel(UMBEL_DEFAULT)),
         ("umbel", Some(count)) => {
@@ -100,11 +98,7 @@ mod tests {
     fn check(scene: &Scene) {
         assert!(scene.positions.iter().flatten().all(|x| x.is_finite()));
         let corners = scene.triangles.iter().flatten();
-        assert!(
-            corners
-                .clone()
-                .all(|&index| (index as usize) < scene.positions.len())
-        );
+        assert!(corners.clone().all(|&index| (index as usize) < scene.positions.len()));
         for normal in &scene.normals {
             let length = normal.iter().map(|x| x * x).sum::<f32>();
             assert!((length - 1.0).abs() < 1e-5, "{normal:?}");
@@ -115,11 +109,7 @@ mod tests {
             assert_eq!(scene.normal_indices.len(), scene.triangles.len());
         }
         let corners = scene.normal_indices.iter().flatten();
-        assert!(
-            corners
-                .clone()
-                .all(|&index| (index as usize) < scene.normals.len())
-        );
+        assert!(corners.clone().all(|&index| (index as usize) < scene.normals.len()));
         let mut next = 0;
         for object in &scene.objects {
             assert_eq!(object.triangles.start, next);
@@ -138,26 +128,19 @@ mod tests {
                 *edges.entry((from, to)).or_insert(0) += 1;
             }
         }
-        edges
-            .iter()
-            .all(|(&(from, to), &count)| count == 1 && edges.get(&(to, from)) == Some(&1))
+        edges.iter().all(|(&(from, to), &count)| count == 1 && edges.get(&(to, from)) == Some(&1))
     }
 
     /// Six times the volume that the triangles enclose: positive when they face outwards.
     fn volume(scene: &Scene, triangles: std::ops::Range<u32>) -> f64 {
         let corners = &scene.triangles[triangles.start as usize..triangles.end as usize];
         let point = |index: u32| glam::Vec3::from(scene.positions[index as usize]).as_dvec3();
-        corners
-            .iter()
-            .map(|&[a, b, c]| point(a).dot(point(b).cross(point(c))))
-            .sum()
+        corners.iter().map(|&[a, b, c]| point(a).dot(point(b).cross(point(c)))).sum()
     }
 
     #[test]
     fn umbels_have_about_the_triangles_asked_for() {
-        for n in [
-            1000_u32, 1234, 1999, 2000, 3999, 6000, 10_000, 31_623, 100_000, 500_000,
-        ] {
+        for n in [1000_u32, 1234, 1999, 2000, 3999, 6000, 10_000, 31_623, 100_000, 500_000] {
             let scene = builtin(&format!("umbel:{n}")).unwrap();
             check(&scene);
             let error = scene.triangles.len() as f64 / f64::from(n) - 1.0;
@@ -166,11 +149,7 @@ mod tests {
         for n in [100, 101, 150, 300, 500, 999] {
             let scene = builtin(&format!("umbel:{n}")).unwrap();
             check(&scene);
-            assert!(
-                scene.triangles.len().abs_diff(n) <= n / 10,
-                "{n}: {}",
-                scene.triangles.len()
-            );
+            assert!(scene.triangles.len().abs_diff(n) <= n / 10, "{n}: {}", scene.triangles.len());
         }
     }
 
@@ -187,9 +166,7 @@ mod tests {
     fn umbels_are_the_same_on_every_machine() {
         let scene = builtin("umbel:10000").unwrap();
         let floats = scene.positions.iter().chain(&scene.normals).flatten();
-        let words = floats
-            .map(|x| x.to_bits())
-            .chain(scene.triangles.iter().flatten().copied());
+        let words = floats.map(|x| x.to_bits()).chain(scene.triangles.iter().flatten().copied());
         let hash = words.fold(0xcbf2_9ce4_8422_2325_u64, |hash, word| {
             (hash ^ u64::from(word)).wrapping_mul(0x0100_0000_01b3)
         });
@@ -200,11 +177,7 @@ mod tests {
     fn tubes_ground_and_buds_are_closed_and_face_outwards() {
         let scene = builtin("umbel").unwrap();
         for kind in ["ground", "stem", "rays", "umbellets", "buds"] {
-            let object = scene
-                .objects
-                .iter()
-                .find(|object| object.name.starts_with(kind))
-                .unwrap();
+            let object = scene.objects.iter().find(|object| object.name.starts_with(kind)).unwrap();
             assert!(is_closed(&scene, object.triangles.clone()), "{kind}");
             assert!(volume(&scene, object.triangles.clone()) > 0.0, "{kind}");
         }
@@ -216,11 +189,7 @@ mod tests {
         for (corners, normals) in scene.triangles.iter().zip(&scene.normal_indices) {
             let [a, b, c] = corners.map(|k| glam::Vec3::from(scene.positions[k as usize]));
             let face = (b - a).cross(c - a);
-            assert!(
-                normals
-                    .iter()
-                    .all(|&k| face.dot(scene.normals[k as usize].into()) > 0.0)
-            );
+            assert!(normals.iter().all(|&k| face.dot(scene.normals[k as usize].into()) > 0.0));
         }
     }
 
@@ -231,42 +200,24 @@ mod tests {
         assert_eq!(scene.triangles.len(), 6 * 2 + 2 * 12);
         for block in &scene.objects[6..] {
             assert!(is_closed(&scene, block.triangles.clone()), "{}", block.name);
-            assert!(
-                volume(&scene, block.triangles.clone()) > 0.0,
-                "{}",
-                block.name
-            );
+            assert!(volume(&scene, block.triangles.clone()) > 0.0, "{}", block.name);
         }
         let middle = glam::Vec3::new(278.0, 273.0, 279.0);
         for [a, b, c] in &scene.triangles[..12] {
             let [a, b, c] = [a, b, c].map(|&k| glam::Vec3::from(scene.positions[k as usize]));
-            assert!(
-                (b - a).cross(c - a).dot(middle - a) > 0.0,
-                "a wall faces outwards"
-            );
+            assert!((b - a).cross(c - a).dot(middle - a) > 0.0, "a wall faces outwards");
         }
     }
 
     #[test]
     fn bad_names_are_usage_errors_that_say_what_there_is() {
         for name in ["", "umbels", "cornell:3", "bunny"] {
-            let Err(Error::Usage(text)) = builtin(name) else {
-                panic!("{name}")
-            };
+            let Err(Error::Usage(text)) = builtin(name) else { panic!("{name}") };
             assert!(text.contains("builtin:umbel:N") && text.contains("builtin:cornell"));
             assert!(builtin_view(name).is_none());
         }
-        for name in [
-            "umbel:",
-            "umbel:99",
-            "umbel:50000001",
-            "umbel:-1",
-            "umbel:1e6",
-            "umbel:7:7",
-        ] {
-            let Err(Error::Usage(text)) = builtin(name) else {
-                panic!("{name}")
-            };
+        for name in ["umbel:", "umbel:99", "umbel:50000001", "umbel:-1", "umbel:1e6", "umbel:7:7"] {
+            let Err(Error::Usage(text)) = builtin(name) else { panic!("{name}") };
             assert!(text.contains("100") && text.contains("50000000"));
         }
     }

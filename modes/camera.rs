@@ -89,18 +89,8 @@ impl Camera {
     /// A camera that frames a box from `direction`, up +Y.
     #[must_use]
     pub fn framing(bounds: &Aabb, direction: DVec3, lens: Lens, width: u32, height: u32) -> Self {
-        let bounds = if bounds.is_empty() {
-            Aabb {
-                lo: [-1.0; 3],
-                hi: [1.0; 3],
-            }
-        } else {
-            *bounds
-        };
-        let (centre, half) = (
-            DVec3::from_array(bounds.centre()),
-            DVec3::from_array(bounds.extent()) * 0.5,
-        );
+        let bounds = if bounds.is_empty() { Aabb { lo: [-1.0; 3], hi: [1.0; 3] } } else { *bounds };
+        let (centre, half) = (DVec3::from_array(bounds.centre()), DVec3::from_array(bounds.extent()) * 0.5);
         let forward = -unit(direction);
         let right = unit(forward.cross(DVec3::Y));
         let up = right.cross(forward);
@@ -121,39 +111,18 @@ impl Camera {
             least.max(across / slope - p.dot(forward))
         });
         let lens = match lens {
-            Lens::Ortho { .. } => Lens::Ortho {
-                height: 2.0 * radius * FRAME_MARGIN,
-            },
+            Lens::Ortho { .. } => Lens::Ortho { height: 2.0 * radius * FRAME_MARGIN },
             lens => lens,
         };
-        let distance = if matches!(lens, Lens::Ortho { .. }) {
-            2.0 * radius
-        } else {
-            distance
-        };
-        let distance = if distance > 0.0 {
-            distance * FRAME_MARGIN
-        } else {
-            1.0
-        };
-        Self {
-            eye: centre - forward * distance,
-            target: centre,
-            up: DVec3::Y,
-            lens,
-            width,
-            height,
-        }
+        let distance = if matches!(lens, Lens::Ortho { .. }) { 2.0 * radius } else { distance };
+        let distance = if distance > 0.0 { distance * FRAME_MARGIN } else { 1.0 };
+        Self { eye: centre - forward * distance, target: centre, up: DVec3::Y, lens, width, height }
     }
 
     /// Rows of the picture: those of all six faces for a cube.
     #[must_use]
     pub fn rows(&self) -> u32 {
-        if self.lens == Lens::Cube {
-            self.width.saturating_mul(6)
-        } else {
-            self.height
-        }
+        if self.lens == Lens::Cube { self.width.saturating_mul(6) } else { self.height }
     }
 
     /// The rays through the pixel centres.
@@ -176,10 +145,7 @@ impl Camera {
         let (pass, passes) = (f64::from(pass), f64::from(passes));
         let reversed = f64::from((pass as u32).reverse_bits()) / f64::from(u32::MAX);
         let offset = |x: f64| ((2.0 * x - 1.0) * f64::from(SUBPIXELS)).round_ties_even() as i32;
-        self.shot_at([
-            offset((pass + 0.5) / passes),
-            offset(reversed * (1.0 - 1.0 / passes) + 0.5 / passes),
-        ])
+        self.shot_at([offset((pass + 0.5) / passes), offset(reversed * (1.0 - 1.0 / passes) + 0.5 / passes)])
     }
 
     /// The rays, moved by `offset`/(2·SUBPIXELS) pixels to the right and up.
@@ -189,18 +155,13 @@ impl Camera {
         let (width, height) = (self.width, self.height);
         let film = |width: u32, height: u32, span: [DVec3; 3]| {
             let subpixels = if offset == [0, 0] { 1 } else { SUBPIXELS };
-            Ok::<_, Error>(Film::Grid(GridFilm::with_subpixel(
-                width, height, span, subpixels, offset,
-            )?))
+            Ok::<_, Error>(Film::Grid(GridFilm::with_subpixel(width, height, span, subpixels, offset)?))
         };
         let (origin, films) = match self.lens {
             Lens::Pinhole { fov } => {
                 check_angle(fov, 180.0, false)?;
                 let scale = tan(fov * PI / 360.0) / f64::from(height);
-                (
-                    Origin::Point(eye),
-                    vec![film(width, height, [f, r * scale, u * scale])?],
-                )
+                (Origin::Point(eye), vec![film(width, height, [f, r * scale, u * scale])?])
             }
             Lens::Ortho { height: world } => {
                 if !(world > 0.0 && world.is_finite()) {
@@ -209,45 +170,27 @@ impl Camera {
                     )));
                 }
                 let scale = world / (2.0 * f64::from(height));
-                (
-                    Origin::Infinity(f),
-                    vec![film(width, height, [eye, r * scale, u * scale])?],
-                )
+                (Origin::Infinity(f), vec![film(width, height, [eye, r * scale, u * scale])?])
             }
             Lens::Cube => {
                 let scale = 1.0 / f64::from(width);
-                let faces =
-                    CUBE_FACES.map(|[m, s, t]| film(width, width, [m, s * scale, -t * scale]));
-                (
-                    Origin::Point(eye),
-                    faces.into_iter().collect::<Result<_, _>>()?,
-                )
+                let faces = CUBE_FACES.map(|[m, s, t]| film(width, width, [m, s * scale, -t * scale]));
+                (Origin::Point(eye), faces.into_iter().collect::<Result<_, _>>()?)
             }
             Lens::Equirect | Lens::Fisheye { .. } => {
                 return self.scattered_shot([f, r, u], eye, offset);
             }
         };
-        Ok(Shot {
-            pencil: Pencil::new(origin, films)?,
-            pixels: None,
-        })
+        Ok(Shot { pencil: Pencil::new(origin, films)?, pixels: None })
     }
 
     /// The rays of lenses that bend straight lines.
-    fn scattered_shot(
-        &self,
-        [f, r, u]: [DVec3; 3],
-        eye: DVec3,
-        offset: [i32; 2],
-    ) -> Result<Shot, Error> {
+    fn scattered_shot(&self, [f, r, u]: [DVec3; 3], eye: DVec3, offset: [i32; 2]) -> Result<Shot, Error> {
         let shift = offset.map(|o| f64::from(o) / f64::from(2 * SUBPIXELS));
         let (w, h) = (f64::from(self.width), f64::from(self.height));
         let (mut directions, mut pixels) = (Vec::new(), Vec::new());
         for pixel in 0..self.width * self.height {
-            let (i, j) = (
-                f64::from(pixel % self.width) + shift[0],
-                f64::from(pixel / self.width) - shift[1],
-            );
+            let (i, j) = (f64::from(pixel % self.width) + shift[0], f64::from(pixel / self.width) - shift[1]);
             let direction = match self.lens {
                 Lens::Fisheye { fov } => {
                     check_angle(fov, 360.0, true)?;
@@ -258,18 +201,12 @@ impl Camera {
                         continue;
                     }
                     let angle = distance * fov * PI / 360.0;
-                    let across = if distance > 0.0 {
-                        (r * x + u * y) / distance
-                    } else {
-                        DVec3::ZERO
-                    };
+                    let across = if distance > 0.0 { (r * x + u * y) / distance } else { DVec3::ZERO };
                     f * cos(angle) + across * sin(angle)
                 }
                 _ => {
-                    let (lambda, phi) = (
-                        (2.0 * (i + 0.5) / w - 1.0) * PI,
-                        (1.0 - 2.0 * (j + 0.5) / h) * PI * 0.5,
-                    );
+                    let (lambda, phi) =
+                        ((2.0 * (i + 0.5) / w - 1.0) * PI, (1.0 - 2.0 * (j + 0.5) / h) * PI * 0.5);
                     (f * cos(lambda) + r * sin(lambda)) * cos(phi) + u * sin(phi)
                 }
             };
@@ -277,10 +214,7 @@ impl Camera {
             pixels.push(pixel);
         }
         let pencil = Pencil::new(Origin::Point(eye), vec![Film::Scattered(directions)])?;
-        Ok(Shot {
-            pencil,
-            pixels: Some(pixels),
-        })
+        Ok(Shot { pencil, pixels: Some(pixels) })
     }
 
     /// forward, right and up, of unit length.
@@ -293,23 +227,12 @@ impl Camera {
         }
         let view = self.target - self.eye;
         if !(view.is_finite() && self.up.is_finite()) {
-            return Err(Error::Usage(
-                "--eye, --target and --up must be finite numbers".into(),
-            ));
+            return Err(Error::Usage("--eye, --target and --up must be finite numbers".into()));
         }
         if view == DVec3::ZERO {
-            return Err(Error::Usage(
-                "--eye and --target are the same point; move one of them".into(),
-            ));
+            return Err(Error::Usage("--eye and --target are the same point; move one of them".into()));
         }
-        let (forward, up) = (
-            unit(view),
-            if self.up == DVec3::ZERO {
-                self.up
-            } else {
-                unit(self.up)
-            },
-        );
+        let (forward, up) = (unit(view), if self.up == DVec3::ZERO { self.up } else { unit(self.up) });
         let across = forward.cross(up);
         // Unit vectors have components within 2 ulp, so parallel ones have a cross product below 16 ulp.
         if across.length() <= 16.0 * f64::EPSILON {
@@ -327,9 +250,7 @@ fn check_angle(degrees: f64, limit: f64, inclusive: bool) -> Result<(), Error> {
     if degrees > 0.0 && (degrees < limit || (inclusive && degrees == limit)) {
         return Ok(());
     }
-    Err(Error::Usage(format!(
-        "--fov must lie between 0 and {limit} degrees, not {degrees}"
-    )))
+    Err(Error::Usage(format!("--fov must lie between 0 and {limit} degrees, not {degrees}")))
 }
 
 /// v over its length; v must not be zero.
@@ -343,11 +264,7 @@ fn on_origin_grid(point: DVec3) -> DVec3 {
     let grid = f64::from(f32::from_bits(1));
     let limit = grid * f64::from(1 << 26) * f64::from(1 << 26);
     let nearest = |x: f64| {
-        if x.abs() < limit {
-            (x / grid).round_ties_even() * grid
-        } else {
-            x
-        }
+        if x.abs() < limit { (x / grid).round_ties_even() * grid } else { x }
     };
     DVec3::from_array(point.to_array().map(nearest))
 }

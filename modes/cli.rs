@@ -25,13 +25,7 @@ pub(crate) struct Cli {
 #[command(next_help_heading = "Common options")]
 pub(crate) struct Common {
     /// Worker threads; 0 takes all processors. Never changes an output
-    #[arg(
-        long,
-        global = true,
-        default_value_t = 0,
-        value_name = "N",
-        env = "UMBEL_THREADS"
-    )]
+    #[arg(long, global = true, default_value_t = 0, value_name = "N", env = "UMBEL_THREADS")]
     pub(crate) threads: usize,
 
     /// exact: every decision as in exact arithmetic. fast: rounded decisions
@@ -227,41 +221,23 @@ pub(crate) struct CameraArgs {
 impl CameraArgs {
     /// The camera for a scene.
     pub(crate) fn camera(&self, scene: &Scene) -> Result<Camera, Error> {
-        let (width, height) = if self.lens == LensArg::Cube {
-            (self.cube_size, self.cube_size)
-        } else {
-            self.size
-        };
+        let (width, height) =
+            if self.lens == LensArg::Cube { (self.cube_size, self.cube_size) } else { self.size };
         let lens = match self.lens {
-            LensArg::Pinhole => Lens::Pinhole {
-                fov: self.fov.unwrap_or(45.0),
-            },
-            LensArg::Ortho => Lens::Ortho {
-                height: self.height.unwrap_or(0.0),
-            },
+            LensArg::Pinhole => Lens::Pinhole { fov: self.fov.unwrap_or(45.0) },
+            LensArg::Ortho => Lens::Ortho { height: self.height.unwrap_or(0.0) },
             LensArg::Equirect => Lens::Equirect,
-            LensArg::Fisheye => Lens::Fisheye {
-                fov: self.fov.unwrap_or(180.0),
-            },
+            LensArg::Fisheye => Lens::Fisheye { fov: self.fov.unwrap_or(180.0) },
             LensArg::Cube => Lens::Cube,
         };
         self.refuse_useless()?;
-        let mut camera = Camera::framing(
-            &scene.bounds(),
-            DVec3::new(1.0, 0.7, 1.0),
-            lens,
-            width,
-            height,
-        );
+        let mut camera = Camera::framing(&scene.bounds(), DVec3::new(1.0, 0.7, 1.0), lens, width, height);
         let view = scene.name.strip_prefix("builtin:").and_then(builtin_view);
-        if let (Some(view), Lens::Pinhole { .. }, None, None) = (view, lens, self.eye, self.target)
-        {
+        if let (Some(view), Lens::Pinhole { .. }, None, None) = (view, lens, self.eye, self.target) {
             camera.eye = DVec3::from_array(view.eye);
             camera.target = DVec3::from_array(view.target);
             camera.up = DVec3::from_array(view.up);
-            camera.lens = Lens::Pinhole {
-                fov: self.fov.unwrap_or(view.fov_degrees),
-            };
+            camera.lens = Lens::Pinhole { fov: self.fov.unwrap_or(view.fov_degrees) };
         }
         camera.eye = self.eye.unwrap_or(camera.eye);
         camera.target = self.target.unwrap_or(camera.target);
@@ -276,9 +252,7 @@ impl CameraArgs {
     fn refuse_useless(&self) -> Result<(), Error> {
         let lens = self.lens;
         if self.fov.is_some() && !matches!(lens, LensArg::Pinhole | LensArg::Fisheye) {
-            return Err(Error::Usage(
-                "--fov goes with --camera pinhole or fisheye".into(),
-            ));
+            return Err(Error::Usage("--fov goes with --camera pinhole or fisheye".into()));
         }
         if self.height.is_some() && lens != LensArg::Ortho {
             return Err(Error::Usage("--height goes with --camera ortho".into()));
@@ -289,10 +263,7 @@ impl CameraArgs {
 
 /// "x,y,z" as three finite numbers.
 fn parse_vector(text: &str) -> Result<DVec3, String> {
-    let numbers: Result<Vec<f64>, _> = text
-        .split(',')
-        .map(|part| part.trim().parse::<f64>())
-        .collect();
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
     match numbers.as_deref() {
         Ok(&[x, y, z]) if [x, y, z].iter().all(|c| c.is_finite()) => Ok(DVec3::new(x, y, z)),
         _ => Err("expected three finite numbers such as 1,0.5,-2".into()),
@@ -301,13 +272,9 @@ fn parse_vector(text: &str) -> Result<DVec3, String> {
 
 /// "WxH" as two positive numbers.
 fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let parts = text
-        .split_once(['x', 'X'])
-        .map(|(w, h)| (w.trim().parse(), h.trim().parse()));
+    let parts = text.split_once(['x', 'X']).map(|(w, h)| (w.trim().parse(), h.trim().parse()));
     match parts {
-        Some((Ok(width), Ok(height)))
-            if (1..=65536).contains(&width) && (1..=65536).contains(&height) =>
-        {
+        Some((Ok(width), Ok(height))) if (1..=65536).contains(&width) && (1..=65536).contains(&height) => {
             Ok((width, height))
         }
         _ => Err("expected WIDTHxHEIGHT in pixels, each 1 to 65536, such as 1920x1080".into()),
@@ -325,9 +292,8 @@ fn parse_bytes(text: &str) -> Result<u64, String> {
         "t" | "tb" => 1 << 40,
         _ => return Err("expected a number of bytes such as 500M or 8G".into()),
     };
-    let number: f64 = digits
-        .parse()
-        .map_err(|_| "expected a number of bytes such as 500M or 8G".to_owned())?;
+    let number: f64 =
+        digits.parse().map_err(|_| "expected a number of bytes such as 500M or 8G".to_owned())?;
     if number >= 0.0 && number.is_finite() {
         Ok((number * unit as f64) as u64)
     } else {
@@ -350,9 +316,7 @@ fn parse_aov(text: &str) -> Result<(Aov, Option<PathBuf>), String> {
         "bary" => Aov::Bary,
         "object" => Aov::Object,
         _ => {
-            return Err(format!(
-                "{name} is none of id, depth, distance, normal, position, bary, object"
-            ));
+            return Err(format!("{name} is none of id, depth, distance, normal, position, bary, object"));
         }
     };
     match file {

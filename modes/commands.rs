@@ -6,9 +6,8 @@ use std::path::{Path, PathBuf};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use umbel::{
-    Aov, AovData, Array, Camera, Channel, Error, LoadOptions, Samples, Scene, Stats,
-    VisibilityBuffer, info, load, preview, srgb_encode, verify, visibility, write_exr, write_npy,
-    write_png_rgb8,
+    Aov, AovData, Array, Camera, Channel, Error, LoadOptions, Samples, Scene, Stats, VisibilityBuffer, info,
+    load, preview, srgb_encode, verify, visibility, write_exr, write_npy, write_png_rgb8,
 };
 
 use crate::cli::{Common, InfoArgs, RenderArgs, VerifyArgs};
@@ -16,9 +15,7 @@ use crate::report::{Report, Times, timed};
 
 /// Reads a scene and says what was noticed.
 fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
-    let options = LoadOptions {
-        drop_non_finite: common.drop_non_finite,
-    };
+    let options = LoadOptions { drop_non_finite: common.drop_non_finite };
     let scene = timed(&mut times.load, || load(name, options))?;
     if !common.quiet {
         for warning in &scene.warnings {
@@ -41,9 +38,7 @@ pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
     let mut seen = None;
     for _ in 0..common.repeat {
         let mut milliseconds = 0.0;
-        seen = Some(timed(&mut milliseconds, || {
-            visibility(&scene, &camera, &options)
-        })?);
+        seen = Some(timed(&mut milliseconds, || visibility(&scene, &camera, &options))?);
         times.engine.push(milliseconds);
     }
     let Some((buffer, stats)) = seen else {
@@ -62,14 +57,8 @@ pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
         None => None,
     };
     progress.finish_and_clear();
-    let picture = Picture {
-        scene: &scene,
-        camera: &camera,
-        buffer: &buffer,
-    };
-    timed(&mut times.write, || {
-        picture.write(args, output.as_deref(), linear, &mut hash)
-    })?;
+    let picture = Picture { scene: &scene, camera: &camera, buffer: &buffer };
+    timed(&mut times.write, || picture.write(args, output.as_deref(), linear, &mut hash))?;
 
     if common.verbose {
         print_run(&times, &stats);
@@ -84,10 +73,7 @@ pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
         stats,
         hash: hash.finalize(),
     };
-    common
-        .report
-        .as_deref()
-        .map_or(Ok(()), |path| report.write(path))
+    common.report.as_deref().map_or(Ok(()), |path| report.write(path))
 }
 
 /// Where the picture goes: `-o`, or umbel.png where nothing at all was asked for.
@@ -103,15 +89,11 @@ fn output_of(args: &RenderArgs) -> Result<Option<PathBuf>, Error> {
     };
     let format = extension(output);
     if !["png", "exr", "npy"].contains(&format.as_str()) {
-        return Err(Error::Usage(format!(
-            "{}: -o takes .png, .exr or .npy",
-            output.display()
-        )));
+        return Err(Error::Usage(format!("{}: -o takes .png, .exr or .npy", output.display())));
     }
     if format != "exr" && args.aovs.iter().any(|(_, file)| file.is_none()) {
         return Err(Error::Usage(
-            "--aov NAME without a file adds it to an EXR: use -o FILE.exr, or --aov NAME=FILE.npy"
-                .into(),
+            "--aov NAME without a file adds it to an EXR: use -o FILE.exr, or --aov NAME=FILE.npy".into(),
         ));
     }
     Ok(Some(output.clone()))
@@ -119,10 +101,7 @@ fn output_of(args: &RenderArgs) -> Result<Option<PathBuf>, Error> {
 
 /// The extension in lower case.
 fn extension(path: &Path) -> String {
-    path.extension()
-        .and_then(|extension| extension.to_str())
-        .unwrap_or("")
-        .to_ascii_lowercase()
+    path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_ascii_lowercase()
 }
 
 /// Stops before the start when the forecast exceeds `--max-memory`.
@@ -217,11 +196,8 @@ impl Picture<'_> {
     /// The shape of an NPY file: (H, W), with 6 in front for a cube and the numbers per pixel behind.
     fn shape(&self, data: &AovData) -> Vec<usize> {
         let (width, rows) = (self.camera.width as usize, self.camera.rows() as usize);
-        let mut shape = if self.camera.lens == umbel::Lens::Cube {
-            vec![6, width, width]
-        } else {
-            vec![rows, width]
-        };
+        let mut shape =
+            if self.camera.lens == umbel::Lens::Cube { vec![6, width, width] } else { vec![rows, width] };
         if let AovData::F32(numbers @ 2.., _) = data {
             shape.push(*numbers);
         }
@@ -262,19 +238,12 @@ fn exr_channels(aov: Aov, data: AovData) -> Vec<Channel> {
 
 /// Interleaved numbers as one channel each.
 fn split(names: &[&str], data: AovData) -> Vec<Channel> {
-    let channel = |name: &str, samples| Channel {
-        name: name.to_owned(),
-        samples,
-    };
+    let channel = |name: &str, samples| Channel { name: name.to_owned(), samples };
     match data {
         AovData::U32(values) => vec![channel(names[0], Samples::U32(values))],
         AovData::F32(numbers, values) => {
             let of = |k: usize| values.iter().skip(k).step_by(numbers).copied().collect();
-            names
-                .iter()
-                .enumerate()
-                .map(|(k, name)| channel(name, Samples::F32(of(k))))
-                .collect()
+            names.iter().enumerate().map(|(k, name)| channel(name, Samples::F32(of(k)))).collect()
         }
     }
 }
@@ -356,11 +325,7 @@ pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> 
         for (name, count) in counts {
             value[name] = json!(count);
         }
-        value["bounds"] = if found.bounds.is_empty() {
-            json!(null)
-        } else {
-            json!({ "lo": lo, "hi": hi })
-        };
+        value["bounds"] = if found.bounds.is_empty() { json!(null) } else { json!({ "lo": lo, "hi": hi }) };
         return print(&format!("{value:#}\n"));
     }
     let mut text = format!("{}\n", scene.name);
@@ -376,10 +341,9 @@ pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> 
 /// Writes data to stdout. A reader that has gone away is no failure.
 fn print(text: &str) -> Result<(), Error> {
     match std::io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Write {
-            path: "stdout".into(),
-            problem: error.to_string(),
-        }),
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::Write { path: "stdout".into(), problem: error.to_string() })
+        }
         _ => Ok(()),
     }
 }

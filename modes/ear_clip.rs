@@ -48,9 +48,7 @@ pub(crate) fn triangulate(corners: &[[f32; 3]]) -> Vec<[u32; 3]> {
 fn project(corners: &[[f32; 3]]) -> Vec<Point> {
     let origin = corners[0].map(f64::from);
     // Relative to a corner the products stay small, so the sum keeps its sign far from the origin.
-    let local = |corner: &[f32; 3]| -> [f64; 3] {
-        std::array::from_fn(|k| f64::from(corner[k]) - origin[k])
-    };
+    let local = |corner: &[f32; 3]| -> [f64; 3] { std::array::from_fn(|k| f64::from(corner[k]) - origin[k]) };
     let mut normal = [0.0; 3];
     for (p, q) in corners.iter().zip(corners.iter().cycle().skip(1)) {
         let (p, q) = (local(p), local(q));
@@ -59,24 +57,12 @@ fn project(corners: &[[f32; 3]]) -> Vec<Point> {
             *sum += p[i] * q[j] - p[j] * q[i];
         }
     }
-    let axis = (1..3).fold(0, |best, k| {
-        if normal[k].abs() > normal[best].abs() {
-            k
-        } else {
-            best
-        }
-    });
+    let axis = (1..3).fold(0, |best, k| if normal[k].abs() > normal[best].abs() { k } else { best });
     let (mut x, mut y) = ((axis + 1) % 3, (axis + 2) % 3);
     if normal[axis] < 0.0 {
         (x, y) = (y, x);
     }
-    corners
-        .iter()
-        .map(|corner| Point {
-            x: f64::from(corner[x]),
-            y: f64::from(corner[y]),
-        })
-        .collect()
+    corners.iter().map(|corner| Point { x: f64::from(corner[x]), y: f64::from(corner[y]) }).collect()
 }
 
 /// Cuts a quad along a diagonal with one corner on either side, if it has such a diagonal. Most faces end here.
@@ -118,17 +104,10 @@ struct Ring {
 
 impl Ring {
     fn new(points: Vec<Point>, count: u32) -> Self {
-        let previous = (0..count)
-            .map(|i| i.checked_sub(1).unwrap_or(count - 1))
-            .collect();
+        let previous = (0..count).map(|i| i.checked_sub(1).unwrap_or(count - 1)).collect();
         let next = (0..count).map(|i| (i + 1) % count).collect();
         let ranks = vec![Rank::Reflex; points.len()];
-        let mut ring = Self {
-            points,
-            previous,
-            next,
-            ranks,
-        };
+        let mut ring = Self { points, previous, next, ranks };
         ring.rank_all(0);
         ring
     }
@@ -209,14 +188,8 @@ impl Ring {
         if !left {
             return Rank::Reflex;
         }
-        let [x_min, y_min] = [
-            abc[0].x.min(abc[1].x).min(abc[2].x),
-            abc[0].y.min(abc[1].y).min(abc[2].y),
-        ];
-        let [x_max, y_max] = [
-            abc[0].x.max(abc[1].x).max(abc[2].x),
-            abc[0].y.max(abc[1].y).max(abc[2].y),
-        ];
+        let [x_min, y_min] = [abc[0].x.min(abc[1].x).min(abc[2].x), abc[0].y.min(abc[1].y).min(abc[2].y)];
+        let [x_max, y_max] = [abc[0].x.max(abc[1].x).max(abc[2].x), abc[0].y.max(abc[1].y).max(abc[2].y)];
         let mut rank = Rank::Clear;
         let mut at = after;
         // The edges from `after` around to `before`: all but the two that meet in the tip.
@@ -278,24 +251,16 @@ mod tests {
     fn check(points: &[(f32, f32)]) {
         let mut polygon = flat(points);
         let n = polygon.len();
-        let area: f64 = (1..n - 1)
-            .map(|i| doubled(polygon[0], polygon[i], polygon[i + 1]))
-            .sum();
+        let area: f64 = (1..n - 1).map(|i| doubled(polygon[0], polygon[i], polygon[i + 1])).sum();
         for turn in 0..6 {
             if turn == 3 {
                 polygon.reverse();
             }
-            let rotated: Vec<_> = polygon
-                .iter()
-                .map(|&[x, y, z]| [[x, y, z], [y, z, x], [z, x, y]][turn % 3])
-                .collect();
+            let rotated: Vec<_> =
+                polygon.iter().map(|&[x, y, z]| [[x, y, z], [y, z, x], [z, x, y]][turn % 3]).collect();
             let triangles = triangulate(&rotated);
             assert_eq!(triangles.len(), n - 2);
-            let sign = if turn < 3 {
-                area.signum()
-            } else {
-                -area.signum()
-            };
+            let sign = if turn < 3 { area.signum() } else { -area.signum() };
             let mut sum = 0.0;
             for triangle in &triangles {
                 let [p, q, r] = triangle.map(|i| polygon[i as usize]);
@@ -303,19 +268,12 @@ mod tests {
                 assert!(part >= 0.0, "flipped triangle {triangle:?} of {points:?}");
                 sum += part;
             }
-            assert!(
-                (sum - area.abs()).abs() <= 1e-9 * area.abs(),
-                "area of {points:?}: {sum}"
-            );
+            assert!((sum - area.abs()).abs() <= 1e-9 * area.abs(), "area of {points:?}: {sum}");
             let directed = |i: usize| [i, (i + 1) % n].map(|i| u32::try_from(i).unwrap());
             for i in 0..n {
                 let edge = directed(i);
                 let holds = |t: &[u32; 3]| (0..3).any(|k| [t[k], t[(k + 1) % 3]] == edge);
-                assert_eq!(
-                    triangles.iter().filter(|t| holds(t)).count(),
-                    1,
-                    "edge {edge:?}"
-                );
+                assert_eq!(triangles.iter().filter(|t| holds(t)).count(), 1, "edge {edge:?}");
             }
         }
     }
@@ -325,10 +283,7 @@ mod tests {
     impl Lcg {
         /// Uniform in [0, 1).
         fn next(&mut self) -> f64 {
-            self.0 = self
-                .0
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
+            self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             f64::from(u32::try_from(self.0 >> 40).unwrap()) / f64::from(1 << 24)
         }
     }
@@ -337,30 +292,22 @@ mod tests {
     fn random_star(random: &mut Lcg, n: u32) -> Vec<(f64, f64)> {
         (0..n)
             .map(|i| {
-                let angle =
-                    std::f64::consts::TAU * (f64::from(i) + 0.9 * random.next()) / f64::from(n);
+                let angle = std::f64::consts::TAU * (f64::from(i) + 0.9 * random.next()) / f64::from(n);
                 let radius = 1.0 + 20.0 * random.next();
                 (radius * angle.cos(), radius * angle.sin())
             })
             .collect()
     }
 
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "test points need not be exact"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "test points need not be exact")]
     fn rounded(points: &[(f64, f64)]) -> Vec<(f32, f32)> {
         points.iter().map(|&(x, y)| (x as f32, y as f32)).collect()
     }
 
     /// Corners from text such as `0,0 4,0 4,4`.
     fn corners(text: &str) -> Vec<(f32, f32)> {
-        let pairs = text
-            .split_whitespace()
-            .map(|pair| pair.split_once(',').unwrap());
-        pairs
-            .map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap()))
-            .collect()
+        let pairs = text.split_whitespace().map(|pair| pair.split_once(',').unwrap());
+        pairs.map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap())).collect()
     }
 
     #[test]
@@ -383,9 +330,7 @@ mod tests {
         check(&corners("0,0 4,0 4,4 2,1 0,4"));
         // A comb, a spiral, and an L with corners along its straight sides.
         check(&corners("0,0 7,0 7,5 6,1 5,5 4,1 3,5 2,1 0,5"));
-        check(&corners(
-            "0,0 9,0 9,9 2,9 2,3 6,3 6,6 5,6 5,4 3,4 3,8 8,8 8,1 0,1",
-        ));
+        check(&corners("0,0 9,0 9,9 2,9 2,3 6,3 6,6 5,6 5,4 3,4 3,8 8,8 8,1 0,1"));
         check(&corners("0,0 1,0 2,0 4,0 4,1 1,1 1,2 1,3 0,3 0,1"));
     }
 
@@ -394,9 +339,7 @@ mod tests {
         // A square ring: the hole clockwise, a bridge from the first corner there and back.
         check(&corners("0,0 3,0 3,3 0,3 0,0 1,1 1,2 2,2 2,1 1,1"));
         // Two holes bridged from one corner.
-        check(&corners(
-            "0,0 9,0 9,9 0,9 0,0 1,3 1,5 3,5 1,3 0,0 3,1 2,2 4,2 3,1",
-        ));
+        check(&corners("0,0 9,0 9,9 0,9 0,0 1,3 1,5 3,5 1,3 0,0 3,1 2,2 4,2 3,1"));
         // A hole that touches the tip of the outer triangle and reaches nearly to its base.
         check(&corners("0,0 6,-9 6,9 0,0 5,1 5,-1"));
         // A hole that continues its own bridge.
@@ -420,10 +363,8 @@ mod tests {
         for round in 0..300 {
             let n = 4 + round % 17;
             let outer = random_star(&mut random, n + round % 5);
-            let mut hole: Vec<_> = random_star(&mut random, n)
-                .iter()
-                .map(|&(x, y)| (x / 25.0, y / 25.0))
-                .collect();
+            let mut hole: Vec<_> =
+                random_star(&mut random, n).iter().map(|&(x, y)| (x / 25.0, y / 25.0)).collect();
             let (x, y) = outer[0];
             hole[0] = (0.9 * x / x.hypot(y), 0.9 * y / x.hypot(y));
             hole.push(hole[0]);
@@ -437,10 +378,8 @@ mod tests {
         let mut random = Lcg(3);
         for round in 0..300 {
             let star = random_star(&mut random, 4 + round % 40);
-            let snapped: Vec<_> = rounded(&star)
-                .iter()
-                .map(|&(x, y)| ((x / 4.0).round(), (y / 4.0).round()))
-                .collect();
+            let snapped: Vec<_> =
+                rounded(&star).iter().map(|&(x, y)| ((x / 4.0).round(), (y / 4.0).round())).collect();
             assert_eq!(triangulate(&flat(&snapped)).len(), snapped.len() - 2);
         }
     }

@@ -12,8 +12,8 @@ use std::path::Path;
 use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer,
-    LayerAttributes, LineOrder, ReadChannels, ReadLayers, Text, WritableImage, read,
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
+    LineOrder, ReadChannels, ReadLayers, Text, WritableImage, read,
 };
 
 use crate::Error;
@@ -65,12 +65,7 @@ impl Samples {
 ///
 /// [`Error::Write`] if the file cannot be written, if there is no channel or no pixel, if a channel has another number
 /// of samples, and if a name is used twice or is not one.
-pub fn write_exr(
-    path: &Path,
-    width: usize,
-    height: usize,
-    mut channels: Vec<Channel>,
-) -> Result<(), Error> {
+pub fn write_exr(path: &Path, width: usize, height: usize, mut channels: Vec<Channel>) -> Result<(), Error> {
     channels.sort_by(|a, b| a.name.cmp(&b.name));
     check(width, height, &channels).map_err(|problem| refused(path, problem))?;
     let list = channels.into_iter().map(into_any_channel).collect();
@@ -79,20 +74,9 @@ pub fn write_exr(
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let layer = Layer::new(
-        (width, height),
-        LayerAttributes::default(),
-        encoding,
-        AnyChannels { list },
-    );
+    let layer = Layer::new((width, height), LayerAttributes::default(), encoding, AnyChannels { list });
     let image = Image::from_layer(layer);
-    write_atomically(path, |out| {
-        image
-            .write()
-            .non_parallel()
-            .to_buffered(out)
-            .map_err(into_io_error)
-    })
+    write_atomically(path, |out| image.write().non_parallel().to_buffered(out).map_err(into_io_error))
 }
 
 /// Checks channels in the order of their names for what the format does not allow.
@@ -102,8 +86,7 @@ fn check(width: usize, height: usize, channels: &[Channel]) -> Result<(), String
     }
     let extents = 1..=GREATEST_EXTENT;
     let pixels = width.checked_mul(height);
-    let Some(pixels) = pixels.filter(|_| extents.contains(&width) && extents.contains(&height))
-    else {
+    let Some(pixels) = pixels.filter(|_| extents.contains(&width) && extents.contains(&height)) else {
         return Err(format!(
             "{width}x{height} pixels cannot be an image; each extent is 1 to {GREATEST_EXTENT}"
         ));
@@ -117,19 +100,12 @@ fn check(width: usize, height: usize, channels: &[Channel]) -> Result<(), String
         }
         if samples.len() != pixels {
             let count = samples.len();
-            return Err(format!(
-                "channel {name} has {count} samples for {width}x{height} pixels"
-            ));
+            return Err(format!("channel {name} has {count} samples for {width}x{height} pixels"));
         }
     }
-    let twice = channels
-        .windows(2)
-        .find(|pair| pair[0].name == pair[1].name);
+    let twice = channels.windows(2).find(|pair| pair[0].name == pair[1].name);
     match twice {
-        Some(pair) => Err(format!(
-            "two channels have the name {}; rename one",
-            pair[0].name
-        )),
+        Some(pair) => Err(format!("two channels have the name {}; rename one", pair[0].name)),
         None => Ok(()),
     }
 }
@@ -197,10 +173,7 @@ fn check_size(path: &Path) -> exr::error::Result<()> {
     let file_bytes = file.metadata()?.len();
     let limit = PLAIN_BYTES.saturating_add(file_bytes.saturating_mul(GREATEST_EXPANSION));
     let headers = MetaData::read_from_buffered(BufReader::new(file), false)?.headers;
-    let announced = headers
-        .iter()
-        .map(announced_bytes)
-        .fold(0, u64::saturating_add);
+    let announced = headers.iter().map(announced_bytes).fold(0, u64::saturating_add);
     if announced > limit {
         let problem = format!("it announces {announced} bytes and has only {file_bytes}");
         return Err(exr::error::Error::Invalid(problem.into()));
@@ -212,9 +185,7 @@ fn check_size(path: &Path) -> exr::error::Result<()> {
 fn announced_bytes(header: &Header) -> u64 {
     let size = header.layer_size;
     let bytes_per_pixel = header.channels.bytes_per_pixel as u64;
-    (size.width() as u64)
-        .saturating_mul(size.height() as u64)
-        .saturating_mul(bytes_per_pixel)
+    (size.width() as u64).saturating_mul(size.height() as u64).saturating_mul(bytes_per_pixel)
 }
 
 /// Moves the numbers over, or widens them.
@@ -224,8 +195,5 @@ fn from_any_channel(channel: AnyChannel<FlatSamples>) -> Channel {
         FlatSamples::U32(values) => Samples::U32(values),
         FlatSamples::F16(values) => Samples::F32(values.iter().map(|v| v.to_f32()).collect()),
     };
-    Channel {
-        name: channel.name.to_string(),
-        samples,
-    }
+    Channel { name: channel.name.to_string(), samples }
 }

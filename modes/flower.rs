@@ -100,10 +100,7 @@ struct Node {
 /// The scene with about `triangles` triangles.
 pub(crate) fn umbel(name: String, triangles: u32) -> Scene {
     let detail = Detail::new(triangles);
-    let materials = MATERIALS.map(|(name, diffuse)| Material {
-        name: name.to_owned(),
-        diffuse,
-    });
+    let materials = MATERIALS.map(|(name, diffuse)| Material { name: name.to_owned(), diffuse });
     let mut builder = Builder::new(name, materials.to_vec(), triangles as usize);
     ground(&mut builder, &detail);
     builder.close_object("ground", SOIL);
@@ -115,19 +112,9 @@ pub(crate) fn umbel(name: String, triangles: u32) -> Scene {
     let (mut weight, mut placed) = (0.0, 0);
     for (k, head) in heads.iter().enumerate() {
         let curve = stem(head);
-        builder.tube(
-            curve,
-            [0.045, 0.03].map(|r| r * libm::sqrt(head.radius)),
-            detail.tube(12.0, 16.0),
-        );
+        builder.tube(curve, [0.045, 0.03].map(|r| r * libm::sqrt(head.radius)), detail.tube(12.0, 16.0));
         builder.close_object(&format!("stem {}", k + 1), STEM);
-        bracts(
-            &mut builder,
-            &detail,
-            head.top,
-            head_frame(head),
-            head.radius,
-        );
+        bracts(&mut builder, &detail, head.top, head_frame(head), head.radius);
         builder.close_object(&format!("bracts {}", k + 1), LEAF);
         weight += libm::pow(head.radius, 1.3);
         let until = libm::round(weight / total * detail.primary_rays as f64) as usize;
@@ -142,11 +129,7 @@ pub(crate) fn umbel(name: String, triangles: u32) -> Scene {
 /// A stem from the ground to the head: it leaves upright and leans outwards.
 fn stem(head: &Head) -> [DVec3; 3] {
     let lean = head.top - head.foot;
-    [
-        head.foot,
-        head.foot + DVec3::new(lean.x * 0.63, lean.y * 0.5, lean.z * 0.63),
-        head.top,
-    ]
+    [head.foot, head.foot + DVec3::new(lean.x * 0.63, lean.y * 0.5, lean.z * 0.63), head.top]
 }
 
 /// The axis of a head: the way its stem arrives, straightened up.
@@ -182,11 +165,7 @@ fn primary_rays(builder: &mut Builder, detail: &Detail, head: &Head, count: usiz
 
 /// A petal of a flower of radius 1 whose axis is +y: inversely heart-shaped, cupped, raised the less the more it is open.
 fn petal(detail: &Detail, open: f64) -> Patch {
-    let across = if detail.fineness < 0.4 {
-        1
-    } else {
-        2 * detail.cells(1.0, 1)
-    };
+    let across = if detail.fineness < 0.4 { 1 } else { 2 * detail.cells(1.0, 1) };
     // With three vertices across, a deep notch would make two spikes of a petal.
     let depth = if across < 4 { 0.08 } else { 0.24 };
     let (sin, cos) = libm::sincos(0.15 + 1.15 * (1.0 - open));
@@ -195,11 +174,7 @@ fn petal(detail: &Detail, open: f64) -> Patch {
         let notch = depth * (1.0 - w.abs()) * (1.0 - w.abs());
         let reach = 0.1 + 0.98 * s * (1.0 - s * s * (0.16 * w * w + notch));
         let height = 0.20 * s * s + 0.30 * width * w * w;
-        DVec3::new(
-            reach * cos - height * sin,
-            reach * sin + height * cos,
-            w * width,
-        )
+        DVec3::new(reach * cos - height * sin, reach * sin + height * cos, w * width)
     })
 }
 

@@ -47,11 +47,7 @@ impl Detail {
             // Below 1000 triangles the soil and a few rays with a flower each are all there is room for.
             primary_rays: rays.min((n - 32.0) / 32.0).max(1.0) as usize,
             fronds: (n / 1000.0).min(9.0) as u32,
-            bracts: if triangles < 4000 {
-                0
-            } else {
-                (n / 800.0).min(9.0) as u32
-            },
+            bracts: if triangles < 4000 { 0 } else { (n / 800.0).min(9.0) as u32 },
         }
     }
 
@@ -77,9 +73,7 @@ pub(crate) fn ground(builder: &mut Builder, detail: &Detail) {
     const RIM: f64 = 0.07;
     let flat = GROUND_RADIUS - RIM;
     let rings = detail.ground_cells(20.0, 1);
-    let mut profile: Vec<_> = (0..=rings)
-        .map(|i| [flat * f64::from(i) / f64::from(rings), 0.0])
-        .collect();
+    let mut profile: Vec<_> = (0..=rings).map(|i| [flat * f64::from(i) / f64::from(rings), 0.0]).collect();
     let steps = detail.ground_cells(4.0, 1);
     for i in 1..=steps {
         let (sin, cos) = libm::sincos(PI * f64::from(i) / f64::from(steps));
@@ -88,8 +82,8 @@ pub(crate) fn ground(builder: &mut Builder, detail: &Detail) {
     profile.push([0.0, -2.0 * RIM]);
     let soil = Patch::revolved(&profile, detail.ground_cells(96.0, 6), |x, z| {
         let inside = 1.0 - (x * x + z * z) / (flat * flat);
-        let waves = 0.05 * libm::sin(2.3 * x + 0.4) * libm::cos(1.9 * z - 0.3)
-            + 0.02 * libm::sin(4.7 * x + 2.9 * z);
+        let waves =
+            0.05 * libm::sin(2.3 * x + 0.4) * libm::cos(1.9 * z - 0.3) + 0.02 * libm::sin(4.7 * x + 2.9 * z);
         (waves + 0.05) * inside.max(0.0)
     });
     builder.stamp(&soil, DVec3::ZERO, DMat3::IDENTITY, 1.0);
@@ -151,13 +145,7 @@ pub(crate) fn leaves(builder: &mut Builder, detail: &Detail) {
 }
 
 /// Three-forked bracts in a whorl below the rays of a head at `top` with the axes `whole`.
-pub(crate) fn bracts(
-    builder: &mut Builder,
-    detail: &Detail,
-    top: DVec3,
-    whole: DMat3,
-    radius: f64,
-) {
+pub(crate) fn bracts(builder: &mut Builder, detail: &Detail, top: DVec3, whole: DMat3, radius: f64) {
     let narrow = blade(detail, 0.035, 0.45);
     for k in 0..detail.bracts * 3 {
         let fork = f64::from(k % 3) - 1.0;
@@ -175,9 +163,7 @@ pub(crate) struct Chance(pub(crate) u64);
 impl Chance {
     /// Number `index` of this seed, in 0..1.
     pub(crate) fn at(&self, index: u64) -> f64 {
-        let mut x = (self.0 << 8 | index)
-            .wrapping_add(1)
-            .wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let mut x = (self.0 << 8 | index).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         x = (x ^ x >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         x = (x ^ x >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
         ((x ^ x >> 31) >> 11) as f64 / (1_u64 << 53) as f64

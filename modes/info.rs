@@ -35,24 +35,13 @@ pub struct Info {
 #[must_use]
 pub fn info(scene: &Scene) -> Info {
     let mut used = vec![false; scene.positions.len()];
-    scene
-        .triangles
-        .iter()
-        .flatten()
-        .for_each(|&v| used[v as usize] = true);
-    let complete = |indices: &[[u32; 3]]| {
-        indices
-            .iter()
-            .filter(|corners| !corners.contains(&crate::NO_INDEX))
-            .count()
-    };
+    scene.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+    let complete =
+        |indices: &[[u32; 3]]| indices.iter().filter(|corners| !corners.contains(&crate::NO_INDEX)).count();
     let is_finite = |p: &&[f32; 3]| p.iter().all(|x| x.is_finite());
     let mut seen = HashSet::with_capacity(scene.triangles.len());
-    let duplicates = scene
-        .triangles
-        .iter()
-        .filter(|corners| !seen.insert(position_key(scene, corners)))
-        .count();
+    let duplicates =
+        scene.triangles.iter().filter(|corners| !seen.insert(position_key(scene, corners))).count();
     Info {
         triangles: scene.triangles.len(),
         vertices: scene.positions.len(),
@@ -73,10 +62,7 @@ fn degenerate(scene: &Scene) -> usize {
     let Ok(triangles) = scene.geometry() else {
         return 0;
     };
-    (0_u32..)
-        .zip(&scene.triangles)
-        .filter(|&(id, _)| triangles.is_degenerate(TriangleId(id)))
-        .count()
+    (0_u32..).zip(&scene.triangles).filter(|&(id, _)| triangles.is_degenerate(TriangleId(id))).count()
 }
 
 /// The bits of the three positions in ascending order; −0 counts as 0.

@@ -20,30 +20,18 @@ pub fn load(name: &str, options: LoadOptions) -> Result<Scene, Error> {
         return builtin(rule);
     }
     let path = Path::new(name);
-    let extension = path
-        .extension()
-        .and_then(|extension| extension.to_str())
-        .unwrap_or("")
-        .to_ascii_lowercase();
+    let extension =
+        path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_ascii_lowercase();
     match extension.as_str() {
         #[cfg(feature = "obj")]
-        "obj" => crate::read_obj(
-            path,
-            &crate::ObjOptions {
-                drop_non_finite: options.drop_non_finite,
-            },
-        ),
+        "obj" => crate::read_obj(path, &crate::ObjOptions { drop_non_finite: options.drop_non_finite }),
         _ => Err(unknown_format(path, &extension)),
     }
 }
 
 /// The error for a format that is not read.
 fn unknown_format(path: &Path, extension: &str) -> Error {
-    let read = if cfg!(feature = "obj") {
-        "OBJ files (.obj)"
-    } else {
-        "no file format in this build"
-    };
+    let read = if cfg!(feature = "obj") { "OBJ files (.obj)" } else { "no file format in this build" };
     let problem = match extension {
         "" => "the name has no extension, so the format is not known".to_owned(),
         other => format!(".{other} files are not read"),

@@ -25,11 +25,8 @@ fn main() -> ExitCode {
 
 /// Runs the verb on a pool of the wanted size.
 fn run(cli: &Cli) -> Result<(), Error> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(cli.common.threads)
-        .build();
-    let pool =
-        pool.map_err(|error| Error::Usage(format!("--threads {}: {error}", cli.common.threads)))?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.common.threads).build();
+    let pool = pool.map_err(|error| Error::Usage(format!("--threads {}: {error}", cli.common.threads)))?;
     pool.install(|| match &cli.command {
         Command::Render(args) => commands::render(args, &cli.common),
         Command::Verify(args) => commands::verify_scene(args, &cli.common),

@@ -18,10 +18,7 @@ pub(crate) fn read_libraries(
     warnings: &mut Vec<String>,
 ) -> HashMap<String, [f32; 3]> {
     let mut diffuse = HashMap::new();
-    for path in statements
-        .iter()
-        .flat_map(|statement| library_paths(folder, statement))
-    {
+    for path in statements.iter().flat_map(|statement| library_paths(folder, statement)) {
         let shown = path.display();
         // Devices and pipes may never end.
         let bytes = match fs::metadata(&path) {
@@ -41,9 +38,7 @@ pub(crate) fn read_libraries(
                 let colour = material.diffuse.unwrap_or(DEFAULT_DIFFUSE);
                 (material.name, colour.map(|part| part.clamp(0.0, 1.0)))
             })),
-            Err(error) => {
-                warnings.push(format!("material library {shown} cannot be used: {error}"))
-            }
+            Err(error) => warnings.push(format!("material library {shown} cannot be used: {error}")),
         }
     }
     diffuse
@@ -53,15 +48,8 @@ pub(crate) fn read_libraries(
 fn library_paths(folder: &Path, statement: &str) -> Vec<PathBuf> {
     let statement = statement.replace('\\', "/");
     let whole = folder.join(&statement);
-    let several: Vec<_> = statement
-        .split_whitespace()
-        .map(|name| folder.join(name))
-        .collect();
-    if whole.is_file() || !several.iter().any(|path| path.is_file()) {
-        vec![whole]
-    } else {
-        several
-    }
+    let several: Vec<_> = statement.split_whitespace().map(|name| folder.join(name)).collect();
+    if whole.is_file() || !several.iter().any(|path| path.is_file()) { vec![whole] } else { several }
 }
 
 /// The part of a material library that is used and that tobj reads: it panics on a `Kd` with one or two numbers and gives
@@ -70,10 +58,7 @@ fn tame_library(bytes: &[u8], shown: &str, warnings: &mut Vec<String>) -> String
     let text = match text_of(bytes) {
         Ok(text) => text,
         Err(problem) => {
-            warnings.push(format!(
-                "material library {shown} cannot be used: {}",
-                problem.what
-            ));
+            warnings.push(format!("material library {shown} cannot be used: {}", problem.what));
             return String::new();
         }
     };
@@ -88,10 +73,8 @@ fn tame_library(bytes: &[u8], shown: &str, warnings: &mut Vec<String>) -> String
             ("Kd", [grey]) if is_number(grey) => format!("{grey} {grey} {grey}"),
             ("Kd", [r, g, b, ..]) if [r, g, b].into_iter().all(is_number) => format!("{r} {g} {b}"),
             ("newmtl" | "Kd", _) => {
-                warnings.push(format!(
-                    "{shown}:{line}: `{}` cannot be read and is ignored",
-                    statement.trim()
-                ));
+                warnings
+                    .push(format!("{shown}:{line}: `{}` cannot be read and is ignored", statement.trim()));
                 continue;
             }
             _ => continue,

@@ -50,10 +50,7 @@ pub fn write_npy(path: &Path, shape: &[usize], array: Array<'_>) -> Result<(), E
     let expected = shape.iter().try_fold(1_usize, |n, &m| n.checked_mul(m));
     if expected != Some(array.len()) {
         let count = array.len();
-        return Err(refused(
-            path,
-            format!("an array of shape {shape:?} cannot hold {count} numbers"),
-        ));
+        return Err(refused(path, format!("an array of shape {shape:?} cannot hold {count} numbers")));
     }
     write_atomically(path, |mut out| {
         write_header(&mut out, shape, array.type_name())?;

@@ -55,15 +55,8 @@ fn read(path: &Path, options: &ObjOptions) -> Result<Scene, Problem> {
     let text = text_of(&bytes)?;
     let mut source = Source::new(text)?;
     let mesh = parse(&mut source)?;
-    let name = path
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
-    let mut scene = Scene {
-        name,
-        ..Scene::default()
-    };
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let mut scene = Scene { name, ..Scene::default() };
     take_vertices(&mut scene, &mesh, &source);
     let spoilt = find_non_finite(&mut scene, text, options)?;
     let firsts = take_faces(&mut scene, &mesh, &source, &spoilt)?;
@@ -76,33 +69,18 @@ fn read(path: &Path, options: &ObjOptions) -> Result<Scene, Problem> {
     let diffuse = read_libraries(folder, &source.libraries, &mut scene.warnings);
     take_objects(&mut scene, &source.parts, &firsts, &diffuse);
     if scene.triangles.is_empty() {
-        let what = format!(
-            "the file has no triangles ({} vertices)",
-            scene.positions.len()
-        );
-        scene.warnings.push(if text.is_empty() {
-            "the file is empty".to_owned()
-        } else {
-            what
-        });
+        let what = format!("the file has no triangles ({} vertices)", scene.positions.len());
+        scene.warnings.push(if text.is_empty() { "the file is empty".to_owned() } else { what });
     }
     Ok(scene)
 }
 
 /// Has tobj parse the source, as one mesh.
 fn parse(source: &mut Source<'_>) -> Result<Mesh, Problem> {
-    let options = LoadOptions {
-        triangulate: false,
-        single_index: false,
-        ..LoadOptions::default()
-    };
+    let options = LoadOptions { triangulate: false, single_index: false, ..LoadOptions::default() };
     // tobj never sees `mtllib`, so it asks for no library.
     match tobj::load_obj_buf(source, &options, |_| Err(LoadError::GenericFailure)) {
-        Ok((models, _)) => Ok(models
-            .into_iter()
-            .next()
-            .map(|model| model.mesh)
-            .unwrap_or_default()),
+        Ok((models, _)) => Ok(models.into_iter().next().map(|model| model.mesh).unwrap_or_default()),
         Err(error) => Err(source.problem.take().unwrap_or_else(|| {
             source.error(match error {
                 LoadError::PositionParseError => "a `v` needs three numbers".to_owned(),
@@ -129,20 +107,10 @@ fn take_vertices(scene: &mut Scene, mesh: &Mesh, source: &Source<'_>) {
             source.left_out
         ));
     }
-    for (kind, what) in KINDS
-        .iter()
-        .enumerate()
-        .filter(|&(kind, _)| source.dangling[kind])
-    {
-        warnings.push(format!(
-            "faces name a {what}, but the file has no `{}`",
-            KEYWORDS[kind]
-        ));
+    for (kind, what) in KINDS.iter().enumerate().filter(|&(kind, _)| source.dangling[kind]) {
+        warnings.push(format!("faces name a {what}, but the file has no `{}`", KEYWORDS[kind]));
     }
-    let mended = [
-        (mend(&mut scene.uvs), KINDS[1]),
-        (mend(&mut scene.normals), KINDS[2]),
-    ];
+    let mended = [(mend(&mut scene.uvs), KINDS[1]), (mend(&mut scene.normals), KINDS[2])];
     for (count, what) in mended.into_iter().filter(|&(count, _)| count > 0) {
         warnings.push(format!("{what}s that are not finite become 0: {count}"));
     }
@@ -150,34 +118,21 @@ fn take_vertices(scene: &mut Scene, mesh: &Mesh, source: &Source<'_>) {
 
 /// Sets vectors with a NaN or infinite component to 0 and counts them.
 fn mend<const N: usize>(vectors: &mut [[f32; N]]) -> usize {
-    let spoilt = vectors
-        .iter_mut()
-        .filter(|vector| !vector.iter().all(|x| x.is_finite()));
+    let spoilt = vectors.iter_mut().filter(|vector| !vector.iter().all(|x| x.is_finite()));
     spoilt.map(|vector| *vector = [0.0; N]).count()
 }
 
 /// The positions that are not finite, one flag each, once they are replaced; empty where all are finite.
-fn find_non_finite(
-    scene: &mut Scene,
-    text: &[u8],
-    options: &ObjOptions,
-) -> Result<Vec<bool>, Problem> {
+fn find_non_finite(scene: &mut Scene, text: &[u8], options: &ObjOptions) -> Result<Vec<bool>, Problem> {
     let is_spoilt = |position: &[f32; 3]| !position.iter().all(|x| x.is_finite());
     let Some(first) = scene.positions.iter().position(is_spoilt) else {
         return Ok(Vec::new());
     };
     if !options.drop_non_finite {
-        let is_position =
-            |(_, statement): &(u64, Cow<'_, str>)| keyword(statement).0 == KEYWORDS[0];
+        let is_position = |(_, statement): &(u64, Cow<'_, str>)| keyword(statement).0 == KEYWORDS[0];
         return Err(Problem {
-            line: Statements::new(text)
-                .filter(is_position)
-                .nth(first)
-                .map(|(line, _)| line),
-            what: format!(
-                "vertex {} has a coordinate that is NaN or infinite",
-                first + 1
-            ),
+            line: Statements::new(text).filter(is_position).nth(first).map(|(line, _)| line),
+            what: format!("vertex {} has a coordinate that is NaN or infinite", first + 1),
             remedy: "Correct the line, or leave out such faces with --drop-non-finite.",
         });
     }
@@ -194,55 +149,37 @@ fn take_faces(
     spoilt: &[bool],
 ) -> Result<Vec<u32>, Problem> {
     // tobj leaves the arities out where all are 3.
-    let arity = |face: usize| {
-        mesh.face_arities
-            .get(face)
-            .map_or(3, |&arity| arity as usize)
-    };
+    let arity = |face: usize| mesh.face_arities.get(face).map_or(3, |&arity| arity as usize);
     let mut end: usize = (0..source.preamble_faces).map(arity).sum();
     let mut firsts = Vec::with_capacity(source.parts.len() + 1);
     let mut dropped = 0;
     let mut polygon = Vec::new();
     for face in 0..source.faces {
-        let begun = source.parts[firsts.len()..]
-            .iter()
-            .take_while(|part| part.first_face <= face);
+        let begun = source.parts[firsts.len()..].iter().take_while(|part| part.first_face <= face);
         firsts.extend(begun.map(|_| scene.triangles.len()));
         let range = end..end + arity(source.preamble_faces + face);
         end = range.end;
         let corners = &mesh.indices[range.clone()];
-        if corners
-            .iter()
-            .any(|&corner| spoilt.get(corner as usize) == Some(&true))
-        {
+        if corners.iter().any(|&corner| spoilt.get(corner as usize) == Some(&true)) {
             dropped += corners.len() - 2;
             continue;
         }
         polygon.clear();
-        polygon.extend(
-            corners
-                .iter()
-                .map(|&corner| scene.positions[corner as usize]),
-        );
+        polygon.extend(corners.iter().map(|&corner| scene.positions[corner as usize]));
         take_face(scene, mesh, range, &triangulate(&polygon));
     }
     firsts.resize(source.parts.len() + 1, scene.triangles.len());
     let vertices = spoilt.iter().filter(|&&is_spoilt| is_spoilt).count();
     if vertices > 0 {
-        let what = format!(
-            "vertices that are not finite: {vertices}; triangles left out with them: {dropped}"
-        );
+        let what =
+            format!("vertices that are not finite: {vertices}; triangles left out with them: {dropped}");
         scene.warnings.push(what);
     }
-    firsts
-        .into_iter()
-        .map(u32::try_from)
-        .collect::<Result<_, _>>()
-        .map_err(|_| Problem {
-            line: None,
-            what: "the file has more triangles than 32-bit ids can name".to_owned(),
-            remedy: "Split it into several files.",
-        })
+    firsts.into_iter().map(u32::try_from).collect::<Result<_, _>>().map_err(|_| Problem {
+        line: None,
+        what: "the file has more triangles than 32-bit ids can name".to_owned(),
+        remedy: "Split it into several files.",
+    })
 }
 
 /// Adds one face, whose corners tobj keeps at `range`, as triangles of these corners.
@@ -254,34 +191,17 @@ fn take_face(scene: &mut Scene, mesh: &Mesh, range: Range<usize>, ears: &[[u32; 
         }
     };
     take(&mesh.indices, scene.positions.len(), &mut scene.triangles);
-    take(
-        &mesh.texcoord_indices,
-        scene.uvs.len(),
-        &mut scene.uv_indices,
-    );
-    take(
-        &mesh.normal_indices,
-        scene.normals.len(),
-        &mut scene.normal_indices,
-    );
+    take(&mesh.texcoord_indices, scene.uvs.len(), &mut scene.uv_indices);
+    take(&mesh.normal_indices, scene.normals.len(), &mut scene.normal_indices);
 }
 
 /// tobj's index, or [`NO_INDEX`] for the entry past the file's own.
 fn index_or_none(index: u32, count: usize) -> u32 {
-    if (index as usize) < count {
-        index
-    } else {
-        NO_INDEX
-    }
+    if (index as usize) < count { index } else { NO_INDEX }
 }
 
 /// Makes objects of the parts that have triangles; neighbours of one name and material become one.
-fn take_objects(
-    scene: &mut Scene,
-    parts: &[Part],
-    firsts: &[u32],
-    diffuse: &HashMap<String, [f32; 3]>,
-) {
+fn take_objects(scene: &mut Scene, parts: &[Part], firsts: &[u32], diffuse: &HashMap<String, [f32; 3]>) {
     let mut indices: HashMap<&str, Option<u32>> = HashMap::from([("", None)]);
     let mut unknown = Vec::new();
     for (part, range) in parts.iter().zip(firsts.windows(2)) {
@@ -294,10 +214,7 @@ fn take_objects(
                 return None;
             };
             let index = u32::try_from(scene.materials.len()).ok();
-            scene.materials.push(Material {
-                name: part.material.clone(),
-                diffuse,
-            });
+            scene.materials.push(Material { name: part.material.clone(), diffuse });
             index
         });
         match scene.objects.last_mut() {
@@ -313,8 +230,8 @@ fn take_objects(
     }
     if let Some(first) = unknown.first() {
         let count = unknown.len();
-        scene.warnings.push(format!(
-            "materials that are in no library that was read: {count}, the first is `{first}`"
-        ));
+        scene
+            .warnings
+            .push(format!("materials that are in no library that was read: {count}, the first is `{first}`"));
     }
 }

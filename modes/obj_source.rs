@@ -28,10 +28,7 @@ pub(crate) const KINDS: [&str; 3] = ["position", "texture coordinate", "normal"]
 fn count_vertices(text: &[u8]) -> Result<[u64; 3], Problem> {
     let mut counts = [0; 3];
     for (_, statement) in Statements::new(text) {
-        if let Some(kind) = KEYWORDS
-            .iter()
-            .position(|&known| known == keyword(&statement).0)
-        {
+        if let Some(kind) = KEYWORDS.iter().position(|&known| known == keyword(&statement).0) {
             counts[kind] += 1;
         }
     }
@@ -128,13 +125,8 @@ impl<'a> Source<'a> {
     /// Passes on the next polygon of the preamble, which names every vertex of the file in order. tobj resolves indices
     /// at the end, so they may point ahead.
     fn advance_preamble(&mut self) -> bool {
-        let named =
-            [0, 1, 2].map(|kind| self.counts[kind] + u64::from(kind > 0 && self.counts[kind] > 0));
-        let total = if named[0] == 0 {
-            0
-        } else {
-            named.into_iter().fold(0, u64::max)
-        };
+        let named = [0, 1, 2].map(|kind| self.counts[kind] + u64::from(kind > 0 && self.counts[kind] > 0));
+        let total = if named[0] == 0 { 0 } else { named.into_iter().fold(0, u64::max) };
         if self.preamble == total {
             return false;
         }
@@ -212,9 +204,7 @@ impl<'a> Source<'a> {
         }
         match fields.next() {
             None => Ok(()),
-            Some(_) => Err(self.error(format!(
-                "face corner `{corner}` has more than three indices"
-            ))),
+            Some(_) => Err(self.error(format!("face corner `{corner}` has more than three indices"))),
         }
     }
 
@@ -222,9 +212,7 @@ impl<'a> Source<'a> {
         let (count, seen) = (self.counts[kind], self.seen[kind]);
         let what = KINDS[kind];
         let Ok(index) = field.parse::<i64>() else {
-            return Err(self.error(format!(
-                "`{field}` in face corner `{corner}` is no {what} index"
-            )));
+            return Err(self.error(format!("`{field}` in face corner `{corner}` is no {what} index")));
         };
         let problem = match index {
             0 => format!("{what} index 0: indices start at 1"),
@@ -240,11 +228,7 @@ impl<'a> Source<'a> {
     }
 
     pub(crate) fn error(&self, what: String) -> Problem {
-        Problem {
-            line: Some(self.line),
-            what,
-            remedy: CORRECT_LINE,
-        }
+        Problem { line: Some(self.line), what, remedy: CORRECT_LINE }
     }
 
     /// The part that the next face belongs to, begun anew if the last one has faces.
@@ -253,10 +237,7 @@ impl<'a> Source<'a> {
         if self.parts[last].first_face == self.faces {
             return &mut self.parts[last];
         }
-        let part = Part {
-            first_face: self.faces,
-            ..self.parts[last].clone()
-        };
+        let part = Part { first_face: self.faces, ..self.parts[last].clone() };
         self.parts.push(part);
         &mut self.parts[last + 1]
     }

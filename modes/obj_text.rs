@@ -45,23 +45,14 @@ pub(crate) struct Statements<'a> {
 
 impl<'a> Statements<'a> {
     pub(crate) fn new(rest: &'a [u8]) -> Self {
-        Self {
-            rest,
-            lines_read: 0,
-        }
+        Self { rest, lines_read: 0 }
     }
 
     fn next_line(&mut self) -> &'a [u8] {
         self.lines_read += 1;
-        let end = self
-            .rest
-            .iter()
-            .position(|&byte| byte == b'\n' || byte == b'\r');
+        let end = self.rest.iter().position(|&byte| byte == b'\n' || byte == b'\r');
         let (line, rest) = self.rest.split_at(end.unwrap_or(self.rest.len()));
-        self.rest = rest
-            .strip_prefix(b"\r\n")
-            .or(rest.get(1..))
-            .unwrap_or_default();
+        self.rest = rest.strip_prefix(b"\r\n").or(rest.get(1..)).unwrap_or_default();
         line
     }
 }
@@ -76,37 +67,24 @@ impl<'a> Iterator for Statements<'a> {
         let mut line = self.next_line();
         let first = self.lines_read;
         let mut joined = String::new();
-        while let Some(begun) = line
-            .strip_suffix(b"\\")
-            .filter(|begun| !begun.contains(&b'#'))
-        {
+        while let Some(begun) = line.strip_suffix(b"\\").filter(|begun| !begun.contains(&b'#')) {
             joined.push_str(&String::from_utf8_lossy(begun));
             joined.push(' ');
             line = self.next_line();
         }
         let last = String::from_utf8_lossy(line);
-        Some((
-            first,
-            if joined.is_empty() {
-                last
-            } else {
-                Cow::Owned(joined + &last)
-            },
-        ))
+        Some((first, if joined.is_empty() { last } else { Cow::Owned(joined + &last) }))
     }
 }
 
 /// A statement's keyword and what follows it.
 pub(crate) fn keyword(statement: &str) -> (&str, &str) {
     let statement = statement.trim();
-    let (keyword, rest) = statement
-        .split_once(char::is_whitespace)
-        .unwrap_or((statement, ""));
+    let (keyword, rest) = statement.split_once(char::is_whitespace).unwrap_or((statement, ""));
     (keyword, rest.trim_start())
 }
 
 /// The words of a statement up to a comment. A `#` inside a word is none: Microsoft's runtime prints NaN as `1.#QNAN`.
 pub(crate) fn words(rest: &str) -> impl Iterator<Item = &str> {
-    rest.split_whitespace()
-        .take_while(|word| !word.starts_with('#'))
+    rest.split_whitespace().take_while(|word| !word.starts_with('#'))
 }

@@ -54,10 +54,7 @@ pub fn write_atomically(
 
 /// The error of an output that cannot be written, in the caller's words.
 pub(crate) fn refused(path: &Path, problem: impl Into<String>) -> Error {
-    Error::Write {
-        path: path.to_owned(),
-        problem: problem.into(),
-    }
+    Error::Write { path: path.to_owned(), problem: problem.into() }
 }
 
 /// Finds out what `path` is, following links.
@@ -72,11 +69,7 @@ fn place(path: &Path) -> io::Result<Place> {
         Ok(_) => Ok(Place::Stream),
         Err(error) if error.kind() == ErrorKind::NotFound => {
             let names_a_file = path.file_name().is_some() && !ends_with_separator(path);
-            if names_a_file {
-                Ok(Place::Free)
-            } else {
-                Err(ErrorKind::InvalidFilename.into())
-            }
+            if names_a_file { Ok(Place::Free) } else { Err(ErrorKind::InvalidFilename.into()) }
         }
         Err(error) => Err(error),
     }
@@ -94,11 +87,8 @@ fn replace(
     permissions: Option<Permissions>,
     write: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> io::Result<()> {
-    let target = if path.is_symlink() && permissions.is_some() {
-        fs::canonicalize(path)?
-    } else {
-        path.to_owned()
-    };
+    let target =
+        if path.is_symlink() && permissions.is_some() { fs::canonicalize(path)? } else { path.to_owned() };
     let mut temporary = create_beside(&target, permissions)?;
     let mut buffered = BufWriter::with_capacity(BUFFER_BYTES, temporary.as_file_mut());
     write(&mut buffered)?;
@@ -115,9 +105,8 @@ fn create_beside(target: &Path, permissions: Option<Permissions>) -> io::Result<
     builder.prefix(".umbel-").suffix(".tmp");
     let Some(permissions) = permissions else {
         // An ordinary creation: the system applies the user's mask.
-        return builder.make_in(directory(target), |name| {
-            File::options().write(true).create_new(true).open(name)
-        });
+        return builder
+            .make_in(directory(target), |name| File::options().write(true).create_new(true).open(name));
     };
     // Private from the start: nobody can open the file who could not open the old one.
     let temporary = builder.tempfile_in(directory(target))?;

@@ -61,11 +61,7 @@ pub fn srgb_encode(linear: f32) -> u8 {
 /// The definition, for a value in 0 to 1.
 fn srgb_formula(linear: f32) -> u8 {
     let x = f64::from(linear);
-    let s = if x <= 0.003_130_8 {
-        12.92 * x
-    } else {
-        1.055 * libm::pow(x, 1.0 / 2.4) - 0.055
-    };
+    let s = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::pow(x, 1.0 / 2.4) - 0.055 };
     (255.0 * s).round() as u8
 }
 
@@ -83,14 +79,7 @@ fn make_step(first_bits: u32) -> Step {
         }
     }
     let changes = high < first_bits + (1 << STEP_BITS);
-    Step {
-        code,
-        next_from: if changes {
-            f32::from_bits(high)
-        } else {
-            f32::INFINITY
-        },
-    }
+    Step { code, next_from: if changes { f32::from_bits(high) } else { f32::INFINITY } }
 }
 
 /// Writes an image of 3 bytes per pixel: red, green, blue. Row 0 is on top.
@@ -157,8 +146,7 @@ fn decode(path: &Path) -> Result<image::DynamicImage, ImageError> {
     let file = File::open(path)?;
     let file_bytes = file.metadata()?.len();
     let mut limits = Limits::default();
-    limits.max_alloc =
-        Some(PLAIN_BYTES.saturating_add(file_bytes.saturating_mul(GREATEST_EXPANSION)));
+    limits.max_alloc = Some(PLAIN_BYTES.saturating_add(file_bytes.saturating_mul(GREATEST_EXPANSION)));
     let mut reader = ImageReader::with_format(BufReader::new(file), ImageFormat::Png);
     reader.limits(limits);
     reader.decode()

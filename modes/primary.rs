@@ -91,15 +91,8 @@ pub fn preview(
     for pass in 0..samples {
         let shot = camera.subpixel_shot(pass, samples)?;
         let (hits, _) = closest_hit(&triangles, &shot.pencil, options)?;
-        let pixels = VisibilityBuffer {
-            shot,
-            hits,
-            pixels: buffer.pixels,
-        }
-        .shade(&shader, camera);
-        sum.par_iter_mut()
-            .zip(pixels)
-            .for_each(|(sum, value)| *sum += value);
+        let pixels = VisibilityBuffer { shot, hits, pixels: buffer.pixels }.shade(&shader, camera);
+        sum.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
         progress(pass + 1);
     }
     let count = samples as f32;
@@ -130,12 +123,12 @@ impl VisibilityBuffer {
             Aov::Id => AovData::U32(self.ids()),
             Aov::Depth => AovData::F32(1, self.ts()),
             Aov::Object => AovData::U32(self.objects(scene)),
-            Aov::Distance => self.derived([f32::INFINITY], |ray, hit| {
-                [(f64::from(hit.t) * ray.direction.length()) as f32]
-            }),
-            Aov::Normal => self.derived([f32::NAN; 3], |_, hit| {
-                triangles.normal(hit.id).to_array().map(|x| x as f32)
-            }),
+            Aov::Distance => {
+                self.derived([f32::INFINITY], |ray, hit| [(f64::from(hit.t) * ray.direction.length()) as f32])
+            }
+            Aov::Normal => {
+                self.derived([f32::NAN; 3], |_, hit| triangles.normal(hit.id).to_array().map(|x| x as f32))
+            }
             Aov::Position => self.derived([f32::NAN; 3], |ray, hit| position(&triangles, ray, hit)),
             Aov::Bary => self.derived([f32::NAN; 2], |ray, hit| {
                 let [_, b, c] = triangles.barycentrics(hit.id, ray);
@@ -147,10 +140,7 @@ impl VisibilityBuffer {
     /// The object of each pixel.
     fn objects(&self, scene: &Scene) -> Vec<u32> {
         let object = |&id: &u32| {
-            scene
-                .object_of(id)
-                .and_then(|index| u32::try_from(index).ok())
-                .unwrap_or(NO_TRIANGLE)
+            scene.object_of(id).and_then(|index| u32::try_from(index).ok()).unwrap_or(NO_TRIANGLE)
         };
         let objects: Vec<u32> = self.hits.ids().par_iter().map(object).collect();
         self.spread(&objects, &[NO_TRIANGLE])
@@ -162,15 +152,8 @@ impl VisibilityBuffer {
         miss: [f32; C],
         derive: impl Fn(&Ray, &Hit) -> [f32; C] + Sync,
     ) -> AovData {
-        let of_ray = |k: usize| {
-            self.hits
-                .get(k)
-                .map_or(miss, |hit| derive(&self.shot.pencil.ray(k), &hit))
-        };
-        let values: Vec<f32> = (0..self.hits.len())
-            .into_par_iter()
-            .flat_map_iter(of_ray)
-            .collect();
+        let of_ray = |k: usize| self.hits.get(k).map_or(miss, |hit| derive(&self.shot.pencil.ray(k), &hit));
+        let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
         AovData::F32(C, self.spread(&values, &miss))
     }
 
@@ -179,21 +162,14 @@ impl VisibilityBuffer {
         let width = camera.width as usize;
         let rows = camera.rows() as usize;
         let of_ray = |k: usize| {
-            let pixel = self
-                .shot
-                .pixels
-                .as_ref()
-                .map_or(k, |pixels| pixels[k] as usize);
+            let pixel = self.shot.pixels.as_ref().map_or(k, |pixels| pixels[k] as usize);
             let height = (pixel / width) as f32 / rows as f32;
             match self.hits.get(k) {
                 Some(hit) => shader.shade(&self.shot.pencil.ray(k), &hit, camera.up),
                 None => background(height),
             }
         };
-        let values: Vec<f32> = (0..self.hits.len())
-            .into_par_iter()
-            .flat_map_iter(of_ray)
-            .collect();
+        let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
         self.spread(&values, &[0.0; 3])
     }
 

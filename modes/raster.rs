@@ -42,13 +42,7 @@ impl<'a> View<'a> {
             Origin::Point(point) => (point, f),
             Origin::Infinity(direction) => (f, direction),
         };
-        Self {
-            triangles,
-            origin,
-            film,
-            to_film: DMat3::from_cols(r, u, v).inverse(),
-            base,
-        }
+        Self { triangles, origin, film, to_film: DMat3::from_cols(r, u, v).inverse(), base }
     }
 
     /// Fills all triangles, nearest in front.
@@ -65,9 +59,7 @@ impl<'a> View<'a> {
             let rows = BAND.min(height - first);
             Band::new(self, width, first, rows).map_or_else(Vec::new, |band| band.fill(&polygons))
         });
-        Raster {
-            ids: bands.flatten_iter().collect(),
-        }
+        Raster { ids: bands.flatten_iter().collect() }
     }
 
     /// The triangle clipped to the film and its margin, in pixels; empty when nothing is left.
@@ -82,21 +74,17 @@ impl<'a> View<'a> {
         let mut polygon = corners.to_vec();
         for (axis, limit) in [(0, reach[0]), (1, reach[1])] {
             for sign in [1.0, -1.0] {
-                let inside =
-                    |p: &DVec3| limit * if perspective { p.z } else { 1.0 } - sign * p[axis];
+                let inside = |p: &DVec3| limit * if perspective { p.z } else { 1.0 } - sign * p[axis];
                 polygon = clip(&polygon, inside);
             }
         }
         if !perspective {
             polygon = clip(&polygon, |p| p.z);
         }
-        let flat = polygon
-            .iter()
-            .filter(|p| !perspective || p.z > 0.0)
-            .map(|p| {
-                let p = if perspective { *p / p.z } else { *p };
-                DVec2::new((p.x + w) * 0.5, (h - p.y) * 0.5)
-            });
+        let flat = polygon.iter().filter(|p| !perspective || p.z > 0.0).map(|p| {
+            let p = if perspective { *p / p.z } else { *p };
+            DVec2::new((p.x + w) * 0.5, (h - p.y) * 0.5)
+        });
         flat.collect()
     }
 
@@ -108,10 +96,7 @@ impl<'a> View<'a> {
             Origin::Point(point) => (point, sample),
             Origin::Infinity(direction) => (sample, direction),
         };
-        let [a, b, c] = self
-            .triangles
-            .corners(TriangleId(id))
-            .map(|p| DVec3::from_array(p.map(f64::from)));
+        let [a, b, c] = self.triangles.corners(TriangleId(id)).map(|p| DVec3::from_array(p.map(f64::from)));
         let normal = (b - a).cross(c - a);
         (a - start).dot(normal) / direction.dot(normal)
     }
@@ -137,9 +122,7 @@ impl<'a> View<'a> {
             let n = DVec2::new(-along.y, along.x) / length;
             let reach = (n.x.abs() + n.y.abs()) * vertex + n.x.abs() * first_row_and_slope;
             let place = (p - a).dot(along) / length;
-            (p - a).dot(n).abs() <= reach
-                && place >= -2.0 * vertex
-                && place <= length + 2.0 * vertex
+            (p - a).dot(n).abs() <= reach && place >= -2.0 * vertex && place <= length + 2.0 * vertex
         })
     }
 
@@ -148,10 +131,7 @@ impl<'a> View<'a> {
         if one == NO_TRIANGLE || other == NO_TRIANGLE {
             return false;
         }
-        let (one, other) = (
-            self.depth(one, pixel) as f32,
-            self.depth(other, pixel) as f32,
-        );
+        let (one, other) = (self.depth(one, pixel) as f32, self.depth(other, pixel) as f32);
         (one - other).abs() <= one.abs() * f32::EPSILON
     }
 }
@@ -182,13 +162,7 @@ struct Band<'a> {
 
 impl<'a> Band<'a> {
     fn new(view: &'a View<'a>, width: u32, first: u32, rows: u32) -> Option<Self> {
-        Some(Self {
-            view,
-            width,
-            first,
-            rows,
-            mask: Mask::new(width, rows)?,
-        })
+        Some(Self { view, width, first, rows, mask: Mask::new(width, rows)? })
     }
 
     /// The nearest triangle at each pixel of the band.
@@ -202,8 +176,7 @@ impl<'a> Band<'a> {
             let Some(path) = self.path(polygon) else {
                 continue;
             };
-            self.mask
-                .fill_path(&path, FillRule::EvenOdd, false, Transform::identity());
+            self.mask.fill_path(&path, FillRule::EvenOdd, false, Transform::identity());
             for y in y0..y1 {
                 for x in x0..x1 {
                     let place = y as usize * self.width as usize + x as usize;
@@ -228,12 +201,7 @@ impl<'a> Band<'a> {
         // One pixel of slack; the casts saturate at zero.
         let column = |x: f64| (x as u32).min(self.width);
         let row = |y: f64| ((y - first) as u32).min(self.rows);
-        let [x0, y0, x1, y1] = [
-            column(lo.x - 1.0),
-            row(lo.y - 1.0),
-            column(hi.x + 2.0),
-            row(hi.y + 2.0),
-        ];
+        let [x0, y0, x1, y1] = [column(lo.x - 1.0), row(lo.y - 1.0), column(hi.x + 2.0), row(hi.y + 2.0)];
         (x0 < x1 && y0 < y1).then_some([x0, y0, x1, y1])
     }
 
@@ -242,11 +210,7 @@ impl<'a> Band<'a> {
         let mut builder = PathBuilder::with_capacity(polygon.len() + 1, polygon.len());
         for (index, p) in polygon.iter().enumerate() {
             let (x, y) = (p.x as f32, (p.y - f64::from(self.first)) as f32);
-            if index == 0 {
-                builder.move_to(x, y)
-            } else {
-                builder.line_to(x, y)
-            }
+            if index == 0 { builder.move_to(x, y) } else { builder.line_to(x, y) }
         }
         builder.close();
         builder.finish()

@@ -47,17 +47,9 @@ impl Report<'_> {
     }
 
     fn json(&self) -> Value {
-        let accuracy = if self.options.accuracy == Accuracy::Exact {
-            "exact"
-        } else {
-            "fast"
-        };
-        let stats: Map<String, Value> = self
-            .stats
-            .counters()
-            .iter()
-            .map(|&(name, count)| (name.to_owned(), json!(count)))
-            .collect();
+        let accuracy = if self.options.accuracy == Accuracy::Exact { "exact" } else { "fast" };
+        let stats: Map<String, Value> =
+            self.stats.counters().iter().map(|&(name, count)| (name.to_owned(), json!(count))).collect();
         json!({
             "schema": SCHEMA,
             "command": self.command,
@@ -87,13 +79,6 @@ impl Report<'_> {
 /// The most memory that the process had, where the system tells it (Linux).
 fn peak_rss_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
-    line.trim()
-        .strip_suffix("kB")?
-        .trim()
-        .parse::<u64>()
-        .ok()
-        .map(|kibibytes| kibibytes * 1024)
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kibibytes| kibibytes * 1024)
 }

@@ -79,9 +79,7 @@ impl Scene {
     /// The index of the object that holds a triangle, or `None` where no object does. O(log objects).
     #[must_use]
     pub fn object_of(&self, triangle: u32) -> Option<usize> {
-        let index = self
-            .objects
-            .partition_point(|object| object.triangles.end <= triangle);
+        let index = self.objects.partition_point(|object| object.triangles.end <= triangle);
         let object = self.objects.get(index)?;
         object.triangles.contains(&triangle).then_some(index)
     }

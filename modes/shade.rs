@@ -37,9 +37,8 @@ impl<'a> Shader<'a> {
         let viewer = -ray.direction.normalize_or_zero();
         let flat = self.triangles.normal(hit.id);
         let flat = if flat.dot(viewer) < 0.0 { -flat } else { flat };
-        let normal = self
-            .interpolated_normal(ray, hit)
-            .map_or(flat, |n| if n.dot(flat) < 0.0 { -n } else { n });
+        let normal =
+            self.interpolated_normal(ray, hit).map_or(flat, |n| if n.dot(flat) < 0.0 { -n } else { n });
         let headlight = normal.dot(viewer).max(0.0);
         let sky = (1.0 + normal.dot(up.normalize_or_zero())) * 0.5;
         let albedo = self.albedo(hit.id.0);
@@ -48,10 +47,7 @@ impl<'a> Shader<'a> {
 
     /// The diffuse colour of a triangle's material.
     fn albedo(&self, triangle: u32) -> [f32; 3] {
-        let object = self
-            .scene
-            .object_of(triangle)
-            .map(|index| &self.scene.objects[index]);
+        let object = self.scene.object_of(triangle).map(|index| &self.scene.objects[index]);
         let material = object.and_then(|object| object.material);
         material
             .and_then(|index| self.scene.materials.get(index as usize))
@@ -65,10 +61,9 @@ impl<'a> Shader<'a> {
             return None;
         }
         let weights = self.triangles.barycentrics(hit.id, ray);
-        let normals = corners
-            .map(|index| DVec3::from_array(self.scene.normals[index as usize].map(f64::from)));
-        (normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2])
-            .try_normalize()
+        let normals =
+            corners.map(|index| DVec3::from_array(self.scene.normals[index as usize].map(f64::from)));
+        (normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2]).try_normalize()
     }
 }
 

@@ -45,10 +45,7 @@ impl Patch {
         let mut patch = Self::default();
         for i in 0..=along {
             for j in 0..=across {
-                let (s, w) = (
-                    f64::from(i) / f64::from(along),
-                    f64::from(j) / f64::from(across) * 2.0 - 1.0,
-                );
+                let (s, w) = (f64::from(i) / f64::from(along), f64::from(j) / f64::from(across) * 2.0 - 1.0);
                 patch.positions.push(surface(s, w));
             }
         }
@@ -70,16 +67,10 @@ impl Patch {
 
     /// The closed solid that a profile of (radius, height) sweeps about +y. The first and the last point lie on the
     /// axis, the first one on top. `lift` is added to each height.
-    pub(crate) fn revolved(
-        profile: &[[f64; 2]],
-        sectors: u32,
-        lift: impl Fn(f64, f64) -> f64,
-    ) -> Self {
+    pub(crate) fn revolved(profile: &[[f64; 2]], sectors: u32, lift: impl Fn(f64, f64) -> f64) -> Self {
         let mut patch = Self::default();
         let (top, bottom) = (profile[0][1], profile[profile.len() - 1][1]);
-        patch
-            .positions
-            .push(DVec3::new(0.0, top + lift(0.0, 0.0), 0.0));
+        patch.positions.push(DVec3::new(0.0, top + lift(0.0, 0.0), 0.0));
         let mut rings = 0;
         for &[radius, height] in &profile[1..profile.len() - 1] {
             for k in 0..sectors {
@@ -90,9 +81,7 @@ impl Patch {
             rings += 1;
         }
         let last = 1 + rings * sectors;
-        patch
-            .positions
-            .push(DVec3::new(0.0, bottom + lift(0.0, 0.0), 0.0));
+        patch.positions.push(DVec3::new(0.0, bottom + lift(0.0, 0.0), 0.0));
         for k in 0..sectors {
             let next = (k + 1) % sectors;
             patch.triangles.push([0, 1 + next, 1 + k]);
@@ -124,9 +113,7 @@ impl Patch {
         for k in 0..count {
             let turn = frame(DVec3::Y, TAU * f64::from(k) / f64::from(count));
             let first = u32::try_from(whole.positions.len()).expect("a patch is small");
-            whole
-                .positions
-                .extend(self.positions.iter().map(|&p| turn * p));
+            whole.positions.extend(self.positions.iter().map(|&p| turn * p));
             whole.normals.extend(self.normals.iter().map(|&n| turn * n));
             let shifted = self.triangles.iter().map(|t| t.map(|index| index + first));
             whole.triangles.extend(shifted);
@@ -172,10 +159,7 @@ impl Builder {
         builder.scene.positions.reserve(triangles * 3 / 4);
         builder.scene.normals.reserve(triangles * 3 / 4);
         builder.scene.triangles.reserve(triangles + triangles / 50);
-        builder
-            .scene
-            .normal_indices
-            .reserve(triangles + triangles / 50);
+        builder.scene.normal_indices.reserve(triangles + triangles / 50);
         builder
     }
 
@@ -211,9 +195,7 @@ impl Builder {
         }
         for corners in &patch.triangles {
             self.scene.triangles.push(corners.map(|k| k + first));
-            self.scene
-                .normal_indices
-                .push(corners.map(|k| k + first_normal));
+            self.scene.normal_indices.push(corners.map(|k| k + first_normal));
         }
     }
 
@@ -224,9 +206,7 @@ impl Builder {
         let bend = (curve[1] - curve[0]).cross(curve[2] - curve[1]);
         // A straight curve bends nowhere; any direction across it will do.
         let chord = (curve[2] - curve[0]).normalize();
-        let binormal = bend
-            .try_normalize()
-            .unwrap_or_else(|| chord.any_orthonormal_vector());
+        let binormal = bend.try_normalize().unwrap_or_else(|| chord.any_orthonormal_vector());
         for i in 0..=segments {
             let s = f64::from(i) / f64::from(segments);
             let (center, tangent) = bezier(curve, s);
@@ -244,29 +224,19 @@ impl Builder {
                 let (c, d) = (b + sides, a + sides);
                 for corners in [[a, b, c], [a, c, d]] {
                     self.scene.triangles.push(corners.map(|k| k + first));
-                    self.scene
-                        .normal_indices
-                        .push(corners.map(|k| k + first_normal));
+                    self.scene.normal_indices.push(corners.map(|k| k + first_normal));
                 }
             }
         }
         let end = first + segments * sides;
-        self.cap(
-            -bezier(curve, 0.0).1,
-            (1..sides - 1).map(|k| [first, first + k + 1, first + k]),
-        );
-        self.cap(
-            bezier(curve, 1.0).1,
-            (1..sides - 1).map(|k| [end, end + k, end + k + 1]),
-        );
+        self.cap(-bezier(curve, 0.0).1, (1..sides - 1).map(|k| [first, first + k + 1, first + k]));
+        self.cap(bezier(curve, 1.0).1, (1..sides - 1).map(|k| [end, end + k, end + k + 1]));
     }
 
     /// Triangles that share one normal.
     fn cap(&mut self, normal: DVec3, triangles: impl Iterator<Item = [u32; 3]>) {
         let shared = index(self.scene.normals.len());
-        self.scene
-            .normals
-            .push(normal.normalize().as_vec3().to_array());
+        self.scene.normals.push(normal.normalize().as_vec3().to_array());
         for corners in triangles {
             self.scene.triangles.push(corners);
             self.scene.normal_indices.push([shared; 3]);

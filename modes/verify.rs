@@ -60,46 +60,19 @@ impl Verification {
 pub fn verify(scene: &Scene, camera: &Camera, options: &Options) -> Result<Verification, Error> {
     let triangles = scene.geometry()?;
     let shot = camera.shot()?;
-    let (pencil, _) = closest_hit(
-        &triangles,
-        &shot.pencil,
-        &Options {
-            path: Path::Pencil,
-            ..*options
-        },
-    )?;
-    let (general, _) = closest_hit(
-        &triangles,
-        &shot.pencil,
-        &Options {
-            path: Path::General,
-            ..*options
-        },
-    )?;
+    let (pencil, _) = closest_hit(&triangles, &shot.pencil, &Options { path: Path::Pencil, ..*options })?;
+    let (general, _) = closest_hit(&triangles, &shot.pencil, &Options { path: Path::General, ..*options })?;
 
-    let mut found = Verification {
-        rays: pencil.len(),
-        ..Verification::default()
-    };
+    let mut found = Verification { rays: pencil.len(), ..Verification::default() };
     found.marks = (0..pencil.len())
-        .map(
-            |ray| match (pencil.get(ray) == general.get(ray), pencil.get(ray)) {
-                (false, _) => Mark::Difference,
-                (true, Some(_)) => Mark::Hit,
-                (true, None) => Mark::Miss,
-            },
-        )
+        .map(|ray| match (pencil.get(ray) == general.get(ray), pencil.get(ray)) {
+            (false, _) => Mark::Difference,
+            (true, Some(_)) => Mark::Hit,
+            (true, None) => Mark::Miss,
+        })
         .collect();
-    found.hits = pencil
-        .ids()
-        .iter()
-        .filter(|&&id| id != umbel_core::NO_TRIANGLE)
-        .count();
-    found.path_differences = found
-        .marks
-        .iter()
-        .filter(|&&mark| mark == Mark::Difference)
-        .count();
+    found.hits = pencil.ids().iter().filter(|&&id| id != umbel_core::NO_TRIANGLE).count();
+    found.path_differences = found.marks.iter().filter(|&&mark| mark == Mark::Difference).count();
 
     let mut first = 0;
     for film in shot.pencil.films() {

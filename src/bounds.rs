@@ -28,10 +28,7 @@ pub struct Aabb {
 
 impl Aabb {
     /// The box that holds nothing.
-    pub const EMPTY: Self = Self {
-        lo: [f32::INFINITY; 3],
-        hi: [f32::NEG_INFINITY; 3],
-    };
+    pub const EMPTY: Self = Self { lo: [f32::INFINITY; 3], hi: [f32::NEG_INFINITY; 3] };
 
     /// The smallest box around points.
     #[must_use]
@@ -39,16 +36,8 @@ impl Aabb {
         let mut bounds = Self::EMPTY;
         for p in points {
             for k in 0..3 {
-                bounds.lo[k] = if p[k] < bounds.lo[k] {
-                    p[k]
-                } else {
-                    bounds.lo[k]
-                };
-                bounds.hi[k] = if p[k] > bounds.hi[k] {
-                    p[k]
-                } else {
-                    bounds.hi[k]
-                };
+                bounds.lo[k] = if p[k] < bounds.lo[k] { p[k] } else { bounds.lo[k] };
+                bounds.hi[k] = if p[k] > bounds.hi[k] { p[k] } else { bounds.hi[k] };
             }
         }
         bounds
@@ -59,16 +48,8 @@ impl Aabb {
     pub fn union(self, other: Self) -> Self {
         let mut bounds = self;
         for k in 0..3 {
-            bounds.lo[k] = if other.lo[k] < self.lo[k] {
-                other.lo[k]
-            } else {
-                self.lo[k]
-            };
-            bounds.hi[k] = if other.hi[k] > self.hi[k] {
-                other.hi[k]
-            } else {
-                self.hi[k]
-            };
+            bounds.lo[k] = if other.lo[k] < self.lo[k] { other.lo[k] } else { self.lo[k] };
+            bounds.hi[k] = if other.hi[k] > self.hi[k] { other.hi[k] } else { self.hi[k] };
         }
         bounds
     }
@@ -123,11 +104,7 @@ impl Aabb {
                 }
                 continue;
             }
-            let (first, second) = if d > 0.0 {
-                (lo[k], hi[k])
-            } else {
-                (hi[k], lo[k])
-            };
+            let (first, second) = if d > 0.0 { (lo[k], hi[k]) } else { (hi[k], lo[k]) };
             let near = (first - o) / d;
             let far = (second - o) / d;
             let near = near - near.abs() * SLAB_SLACK;

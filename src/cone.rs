@@ -41,16 +41,8 @@ impl Cone {
             scaled / scaled.length()
         };
         let sum = directions.iter().fold(DVec3::ZERO, |sum, &d| sum + unit(d));
-        let axis = if sum == DVec3::ZERO {
-            DVec3::X
-        } else {
-            unit(sum)
-        };
-        let cos = directions
-            .iter()
-            .map(|&d| unit(d).dot(axis))
-            .fold(1.0, f64::min)
-            - CONE_SLACK;
+        let axis = if sum == DVec3::ZERO { DVec3::X } else { unit(sum) };
+        let cos = directions.iter().map(|&d| unit(d).dot(axis)).fold(1.0, f64::min) - CONE_SLACK;
         let longest = directions.iter().map(|d| {
             let size = d.abs().max_element();
             (*d / size).length() * size
@@ -78,10 +70,6 @@ impl Cone {
             return None;
         }
         let nearest = (distance - radius - slack) / self.longest;
-        Some(if nearest > 0.0 {
-            nearest * (1.0 - 2.0 * U)
-        } else {
-            0.0
-        })
+        Some(if nearest > 0.0 { nearest * (1.0 - 2.0 * U) } else { 0.0 })
     }
 }

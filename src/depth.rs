@@ -59,10 +59,9 @@ impl DepthBuffer {
         }
     }
 
-    /// Bytes kept.
-    pub(crate) fn bytes(&self) -> usize {
-        let blocks = self.far.capacity() * size_of::<f64>();
-        self.lo.capacity() * (2 * size_of::<f64>() + size_of::<u32>()) + blocks
+    /// Bytes of a buffer for some rays.
+    pub(crate) fn bytes_for(rays: usize) -> usize {
+        rays * (2 * size_of::<f64>() + size_of::<u32>()) + rays.div_ceil(BLOCK) * size_of::<f64>()
     }
 
     /// Marks rays that do not exist as hit by everything, so that they hide what they can.
@@ -150,9 +149,8 @@ impl DepthBuffer {
                 // Missed, or settled: nobody asks for the distance.
                 continue;
             }
-            *t = rounded_distance(self.lo[index], self.hi[index], origin).unwrap_or_else(|| {
-                Distance::new(&ray(place), &triangles.triangle(*id)).rounded()
-            });
+            *t = rounded_distance(self.lo[index], self.hi[index], origin)
+                .unwrap_or_else(|| Distance::new(&ray(place), &triangles.triangle(*id)).rounded());
         }
     }
 }
@@ -182,7 +180,13 @@ fn rounded_distance(lo: f64, hi: f64, origin: Origin) -> Option<f32> {
 }
 
 /// Whether the first triangle comes before the second along the ray by (t, id), exactly.
-pub(crate) fn precedes(ray: &Ray, first: u32, second: u32, triangles: &Triangles<'_>, ambiguous: &mut u64) -> bool {
+pub(crate) fn precedes(
+    ray: &Ray,
+    first: u32,
+    second: u32,
+    triangles: &Triangles<'_>,
+    ambiguous: &mut u64,
+) -> bool {
     let (one, other) = (triangles.triangle(first), triangles.triangle(second));
     match Distance::new(ray, &one).compare(&Distance::new(ray, &other), ambiguous) {
         Sign::Negative => true,

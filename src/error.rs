@@ -25,10 +25,7 @@ pub enum Error {
     },
 
     /// More triangles than ids: `0xFFFF_FFFF` stands for a miss.
-    #[error(
-        "{triangles} triangles are more than the {} that ids can name",
-        u32::MAX
-    )]
+    #[error("{triangles} triangles are more than the {} that ids can name", u32::MAX)]
     TooManyTriangles {
         /// The number of triangles given.
         triangles: usize,
@@ -95,9 +92,7 @@ impl Error {
     pub fn is_about_rays(&self) -> bool {
         !matches!(
             self,
-            Self::NonFinitePosition { .. }
-                | Self::IndexOutOfRange { .. }
-                | Self::TooManyTriangles { .. }
+            Self::NonFinitePosition { .. } | Self::IndexOutOfRange { .. } | Self::TooManyTriangles { .. }
         )
     }
 }

@@ -141,11 +141,7 @@ fn split(x: f64) -> (f64, f64) {
 }
 
 /// The exact determinant x·(y×z) of three exact vectors.
-pub(crate) fn triple_product(
-    x: &[Expansion; 3],
-    y: &[Expansion; 3],
-    z: &[Expansion; 3],
-) -> Expansion {
+pub(crate) fn triple_product(x: &[Expansion; 3], y: &[Expansion; 3], z: &[Expansion; 3]) -> Expansion {
     let mut sum = Expansion::of(0.0);
     for k in 0..3 {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
@@ -164,9 +160,7 @@ mod tests {
     fn agrees_with_integers() {
         let mut state = 1_u64;
         let mut next = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (i128::from(state >> 40) - (1 << 23)) << (state >> 20 & 15)
         };
         for _ in 0..2_000 {
@@ -177,9 +171,7 @@ mod tests {
             assert_eq!(product.sign(), Sign::of(integer.signum() as f64));
             // Leaves no remainder: subtracting the same number in 40-bit pieces gives zero.
             let pieces = [integer >> 40 << 40, integer & ((1 << 40) - 1)];
-            let rest = pieces
-                .iter()
-                .fold(product, |sum, &p| sum.minus(&Expansion::of(p as f64)));
+            let rest = pieces.iter().fold(product, |sum, &p| sum.minus(&Expansion::of(p as f64)));
             assert_eq!(rest.sign(), Sign::Zero, "{a} {b} {c} {d}");
         }
     }

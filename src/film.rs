@@ -41,13 +41,7 @@ impl GridFilm {
     /// # Errors
     /// When a side is zero or above 2²⁰, or a vector is not finite. Whether the vectors span space is seen by
     /// [`crate::Pencil::new`].
-    pub fn new(
-        width: u32,
-        height: u32,
-        forward: DVec3,
-        right: DVec3,
-        up: DVec3,
-    ) -> Result<Self, Error> {
+    pub fn new(width: u32, height: u32, forward: DVec3, right: DVec3, up: DVec3) -> Result<Self, Error> {
         Self::with_subpixel(width, height, [forward, right, up], 1, [0, 0])
     }
 
@@ -66,14 +60,10 @@ impl GridFilm {
         offset: [i32; 2],
     ) -> Result<Self, Error> {
         if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
-            return Err(Error::Film {
-                reason: "each side must have 1 to 2^20 pixels",
-            });
+            return Err(Error::Film { reason: "each side must have 1 to 2^20 pixels" });
         }
         if !span.iter().all(|v| v.is_finite()) {
-            return Err(Error::Film {
-                reason: "its vectors must be finite",
-            });
+            return Err(Error::Film { reason: "its vectors must be finite" });
         }
         let in_range = offset.iter().all(|o| o.unsigned_abs() <= subpixels);
         if !subpixels.is_power_of_two() || subpixels > 256 || !in_range {
@@ -83,15 +73,7 @@ impl GridFilm {
         }
         let scale = f64::from(subpixels);
         let [forward, right, up] = [span[0], span[1] / scale, span[2] / scale];
-        let film = Self {
-            width,
-            height,
-            subpixels,
-            offset,
-            forward,
-            right,
-            up,
-        };
+        let film = Self { width, height, subpixels, offset, forward, right, up };
         Ok(film.rounded_to(i32::MIN))
     }
 
@@ -102,14 +84,8 @@ impl GridFilm {
             return self;
         };
         let q = power_of_two((exponent - 52).max(least_exponent));
-        let round =
-            |v: DVec3| DVec3::from_array(v.to_array().map(|x| (x / q).round_ties_even() * q));
-        Self {
-            forward: round(self.forward),
-            right: round(self.right),
-            up: round(self.up),
-            ..self
-        }
+        let round = |v: DVec3| DVec3::from_array(v.to_array().map(|x| (x / q).round_ties_even() * q));
+        Self { forward: round(self.forward), right: round(self.right), up: round(self.up), ..self }
     }
 
     /// The film as a film of start points, which lie on the grid of origins.
@@ -132,8 +108,7 @@ impl GridFilm {
         }
         // The estimate is within a few ulp, so its exponent is off by one at most.
         let floor = exponent_of(estimate) - 1;
-        (floor..floor + 3)
-            .find(|&e| sum.minus(&Expansion::of(power_of_two(e))).sign() != Sign::Positive)
+        (floor..floor + 3).find(|&e| sum.minus(&Expansion::of(power_of_two(e))).sign() != Sign::Positive)
     }
 
     /// Rays per row.
@@ -182,11 +157,7 @@ impl GridFilm {
 /// The binary exponent of a positive normal or subnormal number: 2^e ≤ x < 2^(e+1).
 fn exponent_of(x: f64) -> i32 {
     // Scaling lifts subnormals into the normal range; the field then holds e + 1023.
-    let (scaled, shift) = if x < f64::MIN_POSITIVE {
-        (x * power_of_two(64), 64)
-    } else {
-        (x, 0)
-    };
+    let (scaled, shift) = if x < f64::MIN_POSITIVE { (x * power_of_two(64), 64) } else { (x, 0) };
     let field = (scaled.to_bits() >> 52) & 0x7FF;
     i32::try_from(field).map_or(0, |e| e - 1023 - shift)
 }
@@ -234,20 +205,15 @@ mod tests {
     /// Summing in any order, with or without a fused operation, gives the same ray.
     #[test]
     fn rays_are_exact() {
-        let (f, r, u) = (
-            DVec3::new(0.1, -7.3, 1e-9),
-            DVec3::new(1e-3, 0.7e-3, 0.0),
-            DVec3::new(0.3, 1e-7, 2e-5),
-        );
+        let (f, r, u) =
+            (DVec3::new(0.1, -7.3, 1e-9), DVec3::new(1e-3, 0.7e-3, 0.0), DVec3::new(0.3, 1e-7, 2e-5));
         let film = GridFilm::new(1921, 1079, f, r, u).expect("a valid film");
         for (i, j) in [(0, 0), (1920, 3), (17, 1078), (960, 539)] {
             let (x, y) = (film.x(i), film.y(j));
             for k in 0..3 {
                 let (f, r, u) = (film.forward[k], film.right[k], film.up[k]);
-                let exact = Expansion::of(r)
-                    .scaled(x)
-                    .plus(&Expansion::of(u).scaled(y))
-                    .plus(&Expansion::of(f));
+                let exact =
+                    Expansion::of(r).scaled(x).plus(&Expansion::of(u).scaled(y)).plus(&Expansion::of(f));
                 assert_eq!(exact, Expansion::of(film.at(i, j)[k]));
                 assert_eq!(film.at(i, j)[k], (x * r + y * u) + f);
             }

@@ -43,10 +43,7 @@ impl Functional {
         let g = cross.value / delta.value;
         let relative = delta.error / size + 2.0 * U;
         let own = (cross.permanent * (2.0 * U) / size + g.abs() * relative) * BOUND_SLACK;
-        Self {
-            g,
-            slack: (own + g.abs() * DOT_SLACK) * BOUND_SLACK,
-        }
+        Self { g, slack: (own + g.abs() * DOT_SLACK) * BOUND_SLACK }
     }
 
     /// self − x·other for an exact x.
@@ -54,28 +51,18 @@ impl Functional {
         let g = self.g - other.g * x;
         // Two roundings of magnitudes that do not exceed |g| + |x·g'|.
         let rounding = (self.g.abs() + other.g.abs() * x.abs()) * (2.0 * U);
-        Self {
-            g,
-            slack: (self.slack + other.slack * x.abs() + rounding + g.abs() * DOT_SLACK)
-                * BOUND_SLACK,
-        }
+        Self { g, slack: (self.slack + other.slack * x.abs() + rounding + g.abs() * DOT_SLACK) * BOUND_SLACK }
     }
 
     /// The same with the opposite sign.
     fn negated(&self) -> Self {
-        Self {
-            g: -self.g,
-            slack: self.slack,
-        }
+        Self { g: -self.g, slack: self.slack }
     }
 
     /// The value at A.
     fn at(&self, a: DVec3) -> Approx {
         let m = self.slack * a.abs();
-        Approx {
-            value: self.g.x * a.x + self.g.y * a.y + self.g.z * a.z,
-            error: m.x + m.y + m.z,
-        }
+        Approx { value: self.g.x * a.x + self.g.y * a.y + self.g.z * a.z, error: m.x + m.y + m.z }
     }
 
     /// Upper bounds over eight boxes [lo, hi] of A with magnitudes up to `size`.
@@ -134,13 +121,7 @@ impl Projection {
         let x = Functional::dual(u, v, delta);
         let y = Functional::dual(v, r, delta);
         let t = Functional::dual(r, u, delta);
-        Some(Self {
-            base,
-            perspective,
-            x,
-            y,
-            t,
-        })
+        Some(Self { base, perspective, x, y, t })
     }
 
     /// Intervals of the film coordinates (X, Y) of a point, or `None` where it may lie at or behind the eye.
@@ -148,16 +129,11 @@ impl Projection {
         let a = point - self.base;
         let (x, y) = (self.x.at(a), self.y.at(a));
         if !self.perspective {
-            return Some([x, y].map(|c| Interval {
-                lo: c.value - c.error,
-                hi: c.value + c.error,
-            }));
+            return Some([x, y].map(|c| Interval { lo: c.value - c.error, hi: c.value + c.error }));
         }
         let t = self.t.at(a);
-        let (least, greatest) = (
-            (t.value - t.error) * (1.0 - 2.0 * U),
-            (t.value + t.error) * (1.0 + 2.0 * U),
-        );
+        let (least, greatest) =
+            ((t.value - t.error) * (1.0 - 2.0 * U), (t.value + t.error) * (1.0 + 2.0 * U));
         (least > 0.0).then(|| [x, y].map(|c| divide(c, least, greatest)))
     }
 
@@ -202,15 +178,16 @@ fn divide(c: Approx, least: f64, greatest: f64) -> Interval {
     let (lo, hi) = (c.value - c.error, c.value + c.error);
     let lo = lo / if lo < 0.0 { least } else { greatest };
     let hi = hi / if hi < 0.0 { greatest } else { least };
-    Interval {
-        lo: lo - lo.abs() * (4.0 * U),
-        hi: hi + hi.abs() * (4.0 * U),
-    }
+    Interval { lo: lo - lo.abs() * (4.0 * U), hi: hi + hi.abs() * (4.0 * U) }
 }
 
 /// [lo, hi]/t for t in [least, greatest], lane by lane, rounded outward: three roundings.
 #[inline(always)]
-fn divide_lanes<S: Simd>([lo, hi]: [Lanes<S>; 2], [least, greatest]: [Lanes<S>; 2], zero: Lanes<S>) -> [Lanes<S>; 2] {
+fn divide_lanes<S: Simd>(
+    [lo, hi]: [Lanes<S>; 2],
+    [least, greatest]: [Lanes<S>; 2],
+    zero: Lanes<S>,
+) -> [Lanes<S>; 2] {
     let lo = lo / lo.simd_lt(zero).select(least, greatest);
     let hi = hi / hi.simd_lt(zero).select(greatest, least);
     [lo - lo.abs() * (4.0 * U), hi + hi.abs() * (4.0 * U)]
@@ -244,53 +221,26 @@ impl Frustum {
     /// The frustum over the rays of a grid film with columns `columns` and rows `rows` (both ends inclusive), or `None` when
     /// the film spans no volume.
     #[must_use]
-    pub fn over_grid(
-        origin: Origin,
-        film: &GridFilm,
-        columns: [u32; 2],
-        rows: [u32; 2],
-    ) -> Option<Self> {
+    pub fn over_grid(origin: Origin, film: &GridFilm, columns: [u32; 2], rows: [u32; 2]) -> Option<Self> {
         let projection = Projection::new(origin, film.span())?;
-        let x = Interval {
-            lo: film.x(columns[0]),
-            hi: film.x(columns[1]),
-        };
-        let y = Interval {
-            lo: film.y(rows[1]),
-            hi: film.y(rows[0]),
-        };
+        let x = Interval { lo: film.x(columns[0]), hi: film.x(columns[1]) };
+        let y = Interval { lo: film.y(rows[1]), hi: film.y(rows[0]) };
         Some(Self::new(&projection, x, y, Interval { lo: 0.0, hi: 0.0 }))
     }
 
     /// The frustum over film coordinates x, y of a projection, for rays that start at t-coordinates `start`.
     pub(crate) fn new(projection: &Projection, x: Interval, y: Interval, start: Interval) -> Self {
-        let Projection {
-            base,
-            perspective,
-            x: gx,
-            y: gy,
-            t,
-        } = *projection;
+        let Projection { base, perspective, x: gx, y: gy, t } = *projection;
         let side = |g: &Functional, bound: f64, upper: bool| {
             // g ≥ bound·t or g ≤ bound·t for a point; without t at infinity.
-            let (functional, offset) = if perspective {
-                (g.minus(&t, bound), 0.0)
-            } else {
-                (*g, bound)
-            };
+            let (functional, offset) = if perspective { (g.minus(&t, bound), 0.0) } else { (*g, bound) };
             if upper {
-                Side {
-                    functional: functional.negated(),
-                    offset: -offset,
-                }
+                Side { functional: functional.negated(), offset: -offset }
             } else {
                 Side { functional, offset }
             }
         };
-        let front = Side {
-            functional: t,
-            offset: start.lo,
-        };
+        let front = Side { functional: t, offset: start.lo };
         let sides = [
             side(&gx, x.lo, false),
             side(&gx, x.hi, true),
@@ -298,12 +248,7 @@ impl Frustum {
             side(&gy, y.hi, true),
             front,
         ];
-        Self {
-            base,
-            sides,
-            t,
-            start: start.hi,
-        }
+        Self { base, sides, t, start: start.hi }
     }
 
     /// A lower bound of t on the rays within the box, or `None` when the box lies strictly outside.

@@ -24,8 +24,9 @@ use std::mem::size_of;
 use crate::depth::precedes;
 use crate::hits::NO_TRIANGLE;
 use crate::predicates::{Distance, covers, within_interval};
-use crate::ray::Ties;
-use crate::{Aabb, Hits, Rays, Stats, Triangles};
+use crate::segment::Segment;
+use crate::triangles::Triangle;
+use crate::{Aabb, Hits, Ray, Rays, Stats, Triangles};
 
 /// Relative cost of one ray against one triangle.
 const PAIR_COST: usize = 3;
@@ -45,38 +46,49 @@ struct Active {
     t_max: f64,
 }
 
+/// What is tested against the triangles.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Probes<'a> {
+    /// Rays.
+    Rays(Rays<'a>),
+    /// Segments: any triangle that blocks one will do.
+    Segments(&'a [Segment]),
+}
+
+impl Probes<'_> {
+    fn len(&self) -> usize {
+        match self {
+            Self::Rays(rays) => rays.len(),
+            Self::Segments(segments) => segments.len(),
+        }
+    }
+
+    /// The ray of a probe: that of a segment is good for culling only.
+    fn ray(&self, index: u32) -> Ray {
+        match self {
+            Self::Rays(rays) => rays.ray(index),
+            Self::Segments(segments) => segments[index as usize].as_ray(),
+        }
+    }
+}
+
 /// The query that all steps share.
 #[derive(Debug, Clone, Copy)]
 struct Query<'a> {
     triangles: &'a Triangles<'a>,
-    rays: Rays<'a>,
-    ties: Ties,
+    probes: Probes<'a>,
     any: bool,
 }
 
 /// Finds the nearest, or any, hit of each ray.
-pub(crate) fn intersect(
-    triangles: &Triangles<'_>,
-    rays: Rays<'_>,
-    any: bool,
-    hits: &mut Hits,
-) -> Stats {
+pub(crate) fn intersect(triangles: &Triangles<'_>, probes: Probes<'_>, any: bool, hits: &mut Hits) -> Stats {
     // In range: both counts fit u32.
     let mut objects: Vec<u32> = (0..triangles.len() as u32).collect();
-    let start = |ray| Active {
-        ray,
-        id: NO_TRIANGLE,
-        t_max: rays.ray(ray).t_max,
-    };
-    let mut active: Vec<Active> = (0..rays.len() as u32).map(start).collect();
+    let start = |ray| Active { ray, id: NO_TRIANGLE, t_max: probes.ray(ray).t_max };
+    let mut active: Vec<Active> = (0..probes.len() as u32).map(start).collect();
     let bytes = objects.capacity() * size_of::<u32>() + active.capacity() * size_of::<Active>();
 
-    let query = Query {
-        triangles,
-        rays,
-        ties: rays.ties(),
-        any,
-    };
+    let query = Query { triangles, probes, any };
     let bounds = bounds_of(triangles, &objects);
     let mut stats = query.recurse(&mut active, &mut objects, &bounds);
     stats.engine_bytes += bytes as u64;
@@ -85,8 +97,7 @@ pub(crate) fn intersect(
         if id != NO_TRIANGLE {
             hits.ids[ray as usize] = id;
             if !any {
-                hits.ts[ray as usize] =
-                    Distance::new(&rays.ray(ray), &triangles.triangle(id)).rounded();
+                hits.ts[ray as usize] = Distance::new(&probes.ray(ray), &triangles.triangle(id)).rounded();
             }
         }
     }
@@ -96,11 +107,7 @@ pub(crate) fn intersect(
 impl Query<'_> {
     /// One step of Algorithm 1.
     fn recurse(&self, rays: &mut [Active], objects: &mut [u32], bounds: &Aabb) -> Stats {
-        let mut stats = Stats {
-            nodes: 1,
-            box_tests: rays.len() as u64,
-            ..Stats::default()
-        };
+        let mut stats = Stats { nodes: 1, box_tests: rays.len() as u64, ..Stats::default() };
         let active = partition(rays, |active| self.may_meet(active, bounds));
         stats.culled_by_bound += (rays.len() - active) as u64;
         let rays = &mut rays[..active];
@@ -114,13 +121,8 @@ impl Query<'_> {
         let axis = bounds.longest_axis();
         let parallel = rays.len() * objects.len() > PARALLEL_PAIRS;
         let (left, right) = self.split(objects, bounds, axis);
-        let (left_box, right_box) = (
-            bounds_of(self.triangles, left),
-            bounds_of(self.triangles, right),
-        );
-        let left_first = partition(rays, |active| {
-            self.rays.ray(active.ray).direction[axis] >= 0.0
-        });
+        let (left_box, right_box) = (bounds_of(self.triangles, left), bounds_of(self.triangles, right));
+        let left_first = partition(rays, |active| self.probes.ray(active.ray).direction[axis] >= 0.0);
         let (left_first, right_first) = rays.split_at_mut(left_first);
 
         // Near side first, then the far side with what the near side has found.
@@ -132,11 +134,7 @@ impl Query<'_> {
             };
             let mut one = || self.recurse(one, left, &left_box);
             let mut other = || self.recurse(other, right, &right_box);
-            let (one, other) = if parallel {
-                rayon::join(one, other)
-            } else {
-                (one(), other())
-            };
+            let (one, other) = if parallel { rayon::join(one, other) } else { (one(), other()) };
             stats = stats.add(one).add(other);
         }
         stats
@@ -149,8 +147,7 @@ impl Query<'_> {
 
     /// Whether a ray may still find something in a box.
     fn may_meet(&self, active: &Active, bounds: &Aabb) -> bool {
-        !(self.any && active.id != NO_TRIANGLE)
-            && bounds.may_meet(&self.rays.ray(active.ray), active.t_max)
+        !(self.any && active.id != NO_TRIANGLE) && bounds.may_meet(&self.probes.ray(active.ray), active.t_max)
     }
 
     /// Splits objects by their centres at the middle of the longest side; in halves where that separates nothing.
@@ -165,12 +162,10 @@ impl Query<'_> {
         let mut left = partition(objects, |&id| centre(id) < middle);
         if left == 0 || left == objects.len() {
             // All centres on one side: the middle of the centres, then of the count.
-            let range = objects
-                .iter()
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &id| {
-                    let c = centre(id);
-                    (lo.min(c), hi.max(c))
-                });
+            let range = objects.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &id| {
+                let c = centre(id);
+                (lo.min(c), hi.max(c))
+            });
             let middle = (range.0 + range.1) * 0.5;
             left = partition(objects, |&id| centre(id) < middle);
             if left == 0 || left == objects.len() {
@@ -182,10 +177,7 @@ impl Query<'_> {
 
     /// "DirectlyIntersect": all pairs.
     fn leaf(&self, rays: &mut [Active], objects: &[u32]) -> Stats {
-        let mut stats = Stats {
-            triangles_set_up: objects.len() as u64,
-            ..Stats::default()
-        };
+        let mut stats = Stats { triangles_set_up: objects.len() as u64, ..Stats::default() };
         for &id in objects {
             let triangle = self.triangles.triangle(id);
             for active in rays.iter_mut() {
@@ -193,42 +185,42 @@ impl Query<'_> {
                     continue;
                 }
                 stats.samples_tested += 1;
-                let ray = self.rays.ray(active.ray);
-                if !covers(&ray, &triangle, self.ties, &mut stats.ambiguous_coverage) {
-                    continue;
-                }
-                let distance = Distance::new(&ray, &triangle);
-                let (least, greatest) = distance.bounds();
-                if least > active.t_max || !within_interval(&ray, &distance) {
-                    continue;
-                }
-                let nearer = active.id == NO_TRIANGLE
-                    || precedes(
-                        &ray,
-                        id,
-                        active.id,
-                        self.triangles,
-                        &mut stats.ambiguous_order,
-                    );
-                if nearer {
-                    active.id = id;
-                    active.t_max = if greatest < active.t_max {
-                        greatest
-                    } else {
-                        active.t_max
-                    };
+                match self.probes {
+                    Probes::Rays(rays) => self.test(rays, active, id, &triangle, &mut stats),
+                    Probes::Segments(segments) => {
+                        if segments[active.ray as usize].is_blocked_by(id, &triangle) {
+                            active.id = id;
+                        }
+                    }
                 }
             }
         }
         stats
     }
+
+    /// Tests one ray against one triangle and keeps what is nearer.
+    fn test(&self, rays: Rays<'_>, active: &mut Active, id: u32, triangle: &Triangle, stats: &mut Stats) {
+        let ray = rays.ray(active.ray);
+        if !covers(&ray, triangle, rays.ties(), &mut stats.ambiguous_coverage) {
+            return;
+        }
+        let distance = Distance::new(&ray, triangle);
+        let (least, greatest) = distance.bounds();
+        if least > active.t_max || !within_interval(&ray, &distance) {
+            return;
+        }
+        let nearer = active.id == NO_TRIANGLE
+            || precedes(&ray, id, active.id, self.triangles, &mut stats.ambiguous_order);
+        if nearer {
+            active.id = id;
+            active.t_max = if greatest < active.t_max { greatest } else { active.t_max };
+        }
+    }
 }
 
 /// The box of some triangles.
 fn bounds_of(triangles: &Triangles<'_>, objects: &[u32]) -> Aabb {
-    objects.iter().fold(Aabb::EMPTY, |bounds, &id| {
-        bounds.union(triangles.bounds(id))
-    })
+    objects.iter().fold(Aabb::EMPTY, |bounds, &id| bounds.union(triangles.bounds(id)))
 }
 
 /// Moves what satisfies the predicate to the front and returns how many those are. O(n), in place.

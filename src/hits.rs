@@ -25,10 +25,7 @@ pub struct Hits {
 impl Hits {
     /// As many misses as there are rays.
     pub(crate) fn missed(rays: usize) -> Self {
-        Self {
-            ids: vec![NO_TRIANGLE; rays],
-            ts: vec![f32::INFINITY; rays],
-        }
+        Self { ids: vec![NO_TRIANGLE; rays], ts: vec![f32::INFINITY; rays] }
     }
 
     /// The number of rays.
@@ -50,10 +47,7 @@ impl Hits {
     #[must_use]
     pub fn get(&self, ray: usize) -> Option<Hit> {
         let id = self.ids[ray];
-        (id != NO_TRIANGLE).then(|| Hit {
-            id: TriangleId(id),
-            t: self.ts[ray],
-        })
+        (id != NO_TRIANGLE).then(|| Hit { id: TriangleId(id), t: self.ts[ray] })
     }
 
     /// The ids of all rays as an array for files: [`NO_TRIANGLE`] is a miss.

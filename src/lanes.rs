@@ -30,7 +30,11 @@ impl<S: Simd> Points<S> {
     /// The same point eight times.
     #[inline(always)]
     pub(crate) fn splat(simd: S, p: DVec3) -> Self {
-        Self { x: Lanes::simd_from(simd, p.x), y: Lanes::simd_from(simd, p.y), z: Lanes::simd_from(simd, p.z) }
+        Self {
+            x: Lanes::simd_from(simd, p.x),
+            y: Lanes::simd_from(simd, p.y),
+            z: Lanes::simd_from(simd, p.z),
+        }
     }
 
     /// Eight points given as coordinates.
@@ -95,11 +99,7 @@ impl<S: Simd> CrossLanes<S> {
     /// y×z, where `size` bounds the magnitudes of y.
     #[inline(always)]
     pub(crate) fn of(y: Points<S>, size: Points<S>, z: Points<S>) -> Self {
-        let value = Points {
-            x: y.y * z.z - y.z * z.y,
-            y: y.z * z.x - y.x * z.z,
-            z: y.x * z.y - y.y * z.x,
-        };
+        let value = Points { x: y.y * z.z - y.z * z.y, y: y.z * z.x - y.x * z.z, z: y.x * z.y - y.y * z.x };
         let w = z.abs();
         let permanent = Points {
             x: size.y * w.z + size.z * w.y,
@@ -119,7 +119,8 @@ pub(crate) struct Boxes {
 
 impl Boxes {
     /// No boxes.
-    pub(crate) const EMPTY: Self = Self { lo: [[f32::INFINITY; LANES]; 3], hi: [[f32::NEG_INFINITY; LANES]; 3] };
+    pub(crate) const EMPTY: Self =
+        Self { lo: [[f32::INFINITY; LANES]; 3], hi: [[f32::NEG_INFINITY; LANES]; 3] };
 
     /// Puts a box into a lane.
     pub(crate) fn set(&mut self, lane: usize, bounds: &Aabb) {

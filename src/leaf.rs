@@ -14,9 +14,9 @@
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 
+use crate::bounds::U;
 use crate::depth::{Candidate, DepthBuffer};
 use crate::frustum::{Frustum, Interval, Projection};
-use crate::bounds::U;
 use crate::lanes::{Batch, Boxes, LANES, LaneMask, Lanes, Points, bits};
 use crate::pencil::Origin;
 use crate::predicates::covers;
@@ -30,6 +30,8 @@ use crate::{Aabb, Accuracy, GridFilm, Stats, TriangleId};
 pub(crate) const BLOCK_SIDE: u32 = 8;
 /// Rays along one side of a tile: its depth buffer stays in the second-level cache.
 pub(crate) const TILE_SIDE: u32 = 64;
+/// Rays of a tile.
+pub(crate) const TILE_RAYS: usize = (TILE_SIDE * TILE_SIDE) as usize;
 /// Blocks along one side of a tile.
 const TILE_BLOCKS: u32 = TILE_SIDE / BLOCK_SIDE;
 
@@ -85,13 +87,23 @@ impl<'a> Tile<'a> {
         let y = Interval { lo: film.y(rect.y1 - 1), hi: film.y(rect.y0) };
         let frustum = Frustum::new(query.projection, x, y, Interval { lo: 0.0, hi: 0.0 });
         let reach = [x.lo.abs().max(x.hi.abs()), y.lo.abs().max(y.hi.abs())];
-        let mut depth = DepthBuffer::new((TILE_SIDE * TILE_SIDE) as usize);
+        let mut depth = DepthBuffer::new(TILE_RAYS);
         for y in 0..TILE_SIDE {
             let outside = if y < rect.height() { rect.width() } else { 0 };
             (outside..TILE_SIDE).for_each(|x| depth.exclude(place(x, y)));
         }
         let rects = [Rect { x0: 0, y0: 0, x1: 0, y1: 0 }; LANES];
-        Self { query, rect, frustum, reach, depth, met: Batch::EMPTY, met_reach: DVec3::ZERO, seen: Batch::EMPTY, rects }
+        Self {
+            query,
+            rect,
+            frustum,
+            reach,
+            depth,
+            met: Batch::EMPTY,
+            met_reach: DVec3::ZERO,
+            seen: Batch::EMPTY,
+            rects,
+        }
     }
 
     /// The boxes, as bits, that some ray may meet, and a lower bound of t within each.
@@ -292,7 +304,11 @@ impl<'a> Tile<'a> {
             mask.select(lo, near_lo).store_slice(&mut self.depth.lo[base..base + LANES]);
             mask.select(hi, near_hi).store_slice(&mut self.depth.hi[base..base + LANES]);
             let ids = &mut self.depth.ids[base..base + LANES];
-            if sure == 0xFF { ids.fill(id) } else { bits(sure).for_each(|lane| ids[lane] = id) }
+            if sure == 0xFF {
+                ids.fill(id)
+            } else {
+                bits(sure).for_each(|lane| ids[lane] = id)
+            }
             self.depth.mark_stale(base / (BLOCK_SIDE * BLOCK_SIDE) as usize);
             kept &= !sure;
         }
@@ -377,6 +393,14 @@ pub(crate) fn greatest_key(origin: Origin, t: f64) -> f64 {
 fn whole_between(lo: f64, hi: f64, count: u32) -> (u32, u32) {
     let lo = (lo - COLUMN_SLACK).ceil();
     let hi = (hi + COLUMN_SLACK).floor() + 1.0;
-    let bound = |x: f64| if x <= 0.0 { 0 } else if x < f64::from(count) { x as u32 } else { count };
+    let bound = |x: f64| {
+        if x <= 0.0 {
+            0
+        } else if x < f64::from(count) {
+            x as u32
+        } else {
+            count
+        }
+    };
     (if lo.is_nan() { 0 } else { bound(lo) }, if hi.is_nan() { count } else { bound(hi) })
 }

@@ -13,6 +13,7 @@
 mod approx;
 mod bounds;
 mod cone;
+mod departure;
 mod depth;
 mod error;
 mod expansion;
@@ -32,6 +33,7 @@ mod ray;
 mod recursion;
 mod runs;
 mod scattered;
+mod segment;
 mod setup;
 mod space_setup;
 mod stats;
@@ -44,9 +46,11 @@ pub use glam;
 pub use error::Error;
 pub use triangles::{TriangleId, Triangles};
 
+pub use departure::Side;
 pub use film::{Film, GridFilm};
 pub use pencil::{Origin, Pencil, Rays};
 pub use ray::Ray;
+pub use segment::Segment;
 
 pub use bounds::Aabb;
 pub use cone::Cone;
@@ -55,5 +59,5 @@ pub use frustum::Frustum;
 pub use hits::{Hit, Hits, NO_TRIANGLE};
 pub use isa::Isa;
 pub use options::{Accuracy, Options, Path};
-pub use query::{any_hit, closest_hit};
+pub use query::{any_hit, blocked, closest_hit};
 pub use stats::Stats;

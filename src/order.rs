@@ -23,10 +23,7 @@ pub(crate) fn along_curve(triangles: &Triangles<'_>, bounds: &Aabb) -> Vec<u32> 
     let grid = Grid::over(bounds);
     // In range: there are fewer than 2³² triangles.
     let count = triangles.len() as u32;
-    let cells: Vec<u16> = (0..count)
-        .into_par_iter()
-        .map(|id| grid.cell(triangles, id))
-        .collect();
+    let cells: Vec<u16> = (0..count).into_par_iter().map(|id| grid.cell(triangles, id)).collect();
 
     // Count, sum up, and send every triangle to its cell's place.
     let mut starts = vec![0_usize; (1 << (3 * CELL_BITS)) + 1];
@@ -60,21 +57,13 @@ fn sort_within_cells(order: &mut [u32], starts: &[usize], code: impl Fn(u32) -> 
             slices.push(cell);
         }
     }
-    slices
-        .into_par_iter()
-        .with_min_len(16)
-        .for_each_init(Vec::new, |keys: &mut Vec<u64>, cell| {
-            keys.clear();
-            keys.extend(
-                cell.iter()
-                    .map(|&id| u64::from(code(id)) << 32 | u64::from(id)),
-            );
-            keys.sort_unstable();
-            // The low half is the id.
-            cell.iter_mut()
-                .zip(keys.iter())
-                .for_each(|(id, &key)| *id = key as u32);
-        });
+    slices.into_par_iter().with_min_len(16).for_each_init(Vec::new, |keys: &mut Vec<u64>, cell| {
+        keys.clear();
+        keys.extend(cell.iter().map(|&id| u64::from(code(id)) << 32 | u64::from(id)));
+        keys.sort_unstable();
+        // The low half is the id.
+        cell.iter_mut().zip(keys.iter()).for_each(|(id, &key)| *id = key as u32);
+    });
 }
 
 /// Cubic cells over a box.
@@ -110,10 +99,7 @@ impl Grid {
 
     /// The finer code of a triangle within its cell.
     fn fine(&self, triangles: &Triangles<'_>, id: u32) -> u32 {
-        interleave(
-            self.place(triangles, id)
-                .map(|x| x & ((1 << FINE_BITS) - 1)),
-        )
+        interleave(self.place(triangles, id).map(|x| x & ((1 << FINE_BITS) - 1)))
     }
 }
 
@@ -145,9 +131,8 @@ mod tests {
 
     #[test]
     fn order_is_a_permutation() {
-        let positions: Vec<[f32; 3]> = (0..999_u16)
-            .map(|i| [f32::from(i * 37 % 101), f32::from(i % 7), 0.0])
-            .collect();
+        let positions: Vec<[f32; 3]> =
+            (0..999_u16).map(|i| [f32::from(i * 37 % 101), f32::from(i % 7), 0.0]).collect();
         let indices: Vec<[u32; 3]> = (0..997).map(|i| [i, i + 1, i + 2]).collect();
         let triangles = Triangles::new(&positions, &indices).expect("valid triangles");
         let mut order = along_curve(&triangles, &Aabb::of_points(positions.iter().copied()));

@@ -61,10 +61,8 @@ impl Pencil {
             Origin::Point(point) => check_origin(point)?,
             Origin::Infinity(direction) => check_direction(direction)?,
         }
-        let films: Vec<Film> = films
-            .into_iter()
-            .map(|film| checked(origin, film))
-            .collect::<Result<_, _>>()?;
+        let films: Vec<Film> =
+            films.into_iter().map(|film| checked(origin, film)).collect::<Result<_, _>>()?;
         let total: u64 = films.iter().map(Film::len).sum();
         let rays = u32::try_from(total).map_err(|_| Error::TooManyRays { rays: total })?;
         let mut next = 0;
@@ -74,12 +72,7 @@ impl Pencil {
             next += film.len() as u32;
             first
         });
-        Ok(Self {
-            origin,
-            first_rays: first_rays.collect(),
-            films,
-            rays,
-        })
+        Ok(Self { origin, first_rays: first_rays.collect(), films, rays })
     }
 
     /// The common origin.
@@ -113,10 +106,7 @@ impl Pencil {
     #[must_use]
     pub fn ray(&self, index: usize) -> Ray {
         assert!(index < self.len(), "ray {index} of {}", self.len());
-        let film = self
-            .first_rays
-            .partition_point(|&first| first as usize <= index)
-            - 1;
+        let film = self.first_rays.partition_point(|&first| first as usize <= index) - 1;
         let local = index - self.first_rays[film] as usize;
         let sample = match &self.films[film] {
             Film::Grid(grid) => {
@@ -134,11 +124,8 @@ impl Pencil {
 fn checked(origin: Origin, film: Film) -> Result<Film, Error> {
     match film {
         Film::Grid(grid) => {
-            let grid = if matches!(origin, Origin::Infinity(_)) {
-                grid.rounded_for_start_points()
-            } else {
-                grid
-            };
+            let grid =
+                if matches!(origin, Origin::Infinity(_)) { grid.rounded_for_start_points() } else { grid };
             check_grid(origin, &grid)?;
             Ok(Film::Grid(grid))
         }
@@ -156,20 +143,13 @@ fn checked(origin: Origin, film: Film) -> Result<Film, Error> {
 
 /// Refuses grids whose rays could leave the exact range, or that a frustum cannot bound.
 fn check_grid(origin: Origin, grid: &GridFilm) -> Result<(), Error> {
-    let corners = [
-        (0, 0),
-        (grid.width() - 1, 0),
-        (0, grid.height() - 1),
-        (grid.width() - 1, grid.height() - 1),
-    ];
+    let corners =
+        [(0, 0), (grid.width() - 1, 0), (0, grid.height() - 1), (grid.width() - 1, grid.height() - 1)];
     let corners = corners.map(|(i, j)| grid.at(i, j));
     match origin {
         // M is the largest component at some corner. From 2⁻¹⁸⁷ on, the spacing q is at least 2⁻²⁴⁰.
         Origin::Point(_) => {
-            let largest = corners
-                .iter()
-                .map(|d| d.abs().max_element())
-                .fold(0.0, f64::max);
+            let largest = corners.iter().map(|d| d.abs().max_element()).fold(0.0, f64::max);
             let least = f64::from_bits((1023 - 187) << 52);
             check_direction(DVec3::splat(if largest < least { 0.0 } else { largest }))?;
         }
@@ -177,9 +157,7 @@ fn check_grid(origin: Origin, grid: &GridFilm) -> Result<(), Error> {
     }
     match Projection::new(origin, grid.span()) {
         Some(_) => Ok(()),
-        None => Err(Error::Film {
-            reason: "forward, right and up must point in independent directions",
-        }),
+        None => Err(Error::Film { reason: "forward, right and up must point in independent directions" }),
     }
 }
 

@@ -28,18 +28,10 @@ pub(crate) enum Coverage {
 
 /// Whether the ray hits the triangle at some t > 0, as far as f64 can tell.
 pub(crate) fn covers_filtered(ray: &Ray, triangle: &Triangle) -> Coverage {
-    let [a, b, c] = [
-        triangle.a - ray.origin,
-        triangle.b - ray.origin,
-        triangle.c - ray.origin,
-    ];
-    let (ab, bc, ca) = (
-        triangle.b - triangle.a,
-        triangle.c - triangle.b,
-        triangle.a - triangle.c,
-    );
-    let signs = [(a, ab), (b, bc), (c, ca)]
-        .map(|(from, edge)| Cross::of(from, edge).dot(ray.direction).sign());
+    let [a, b, c] = [triangle.a - ray.origin, triangle.b - ray.origin, triangle.c - ray.origin];
+    let (ab, bc, ca) = (triangle.b - triangle.a, triangle.c - triangle.b, triangle.a - triangle.c);
+    let signs =
+        [(a, ab), (b, bc), (c, ca)].map(|(from, edge)| Cross::of(from, edge).dot(ray.direction).sign());
     let any = |sign| signs.contains(&Some(sign));
     if any(Sign::Positive) && any(Sign::Negative) {
         return Coverage::Miss;
@@ -52,11 +44,7 @@ pub(crate) fn covers_filtered(ray: &Ray, triangle: &Triangle) -> Coverage {
     }
     // For w = 0 the plane must not hold the direction: three certain edges of one sign say so too.
     let certain = side.is_some() && signs.iter().all(Option::is_some);
-    if certain {
-        Coverage::Hit
-    } else {
-        Coverage::Ambiguous
-    }
+    if certain { Coverage::Hit } else { Coverage::Ambiguous }
 }
 
 /// Whether the ray hits the triangle at some t > 0, decided exactly.
@@ -69,10 +57,7 @@ pub(crate) fn covers_exact(ray: &Ray, triangle: &Triangle, ties: Ties) -> bool {
     if ties == Ties::Origin && facing(ray, triangle) != side {
         return false;
     }
-    triangle
-        .edges()
-        .iter()
-        .all(|&(a, b)| edge_sign(ray, a, b, ties) == side)
+    triangle.edges().iter().all(|&(a, b)| edge_sign(ray, a, b, ties) == side)
 }
 
 /// Whether the ray hits the triangle at some t > 0: the filter, then the exact stage.
@@ -89,11 +74,7 @@ pub(crate) fn covers(ray: &Ray, triangle: &Triangle, ties: Ties, ambiguous: &mut
 
 /// The sign of (a − d)·((b − d)×(c − d)): robust's orientation.
 pub(crate) fn orientation(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Sign {
-    let coord = |p: DVec3| Coord3D {
-        x: p.x,
-        y: p.y,
-        z: p.z,
-    };
+    let coord = |p: DVec3| Coord3D { x: p.x, y: p.y, z: p.z };
     Sign::of(orient3d(coord(a), coord(b), coord(c), coord(d)))
 }
 
@@ -114,25 +95,17 @@ fn edge_sign(ray: &Ray, a: DVec3, b: DVec3, ties: Ties) -> Sign {
 
 /// The exact sign of d·((a − o)×(b − o)).
 fn exact_edge_sign(ray: &Ray, a: DVec3, b: DVec3) -> Sign {
-    let (from, to) = (
-        exact_difference(a, ray.origin),
-        exact_difference(b, ray.origin),
-    );
+    let (from, to) = (exact_difference(a, ray.origin), exact_difference(b, ray.origin));
     if let (Some(from), Some(to)) = (from, to) {
         // A·(B×d) = d·(A×B), with exact A and B.
         return orientation(from, to, ray.direction, DVec3::ZERO);
     }
     let direction = ray.direction.to_array().map(Expansion::of);
-    triple_product(
-        &direction,
-        &difference(a, ray.origin),
-        &difference(b, ray.origin),
-    )
-    .sign()
+    triple_product(&direction, &difference(a, ray.origin), &difference(b, ray.origin)).sign()
 }
 
 /// The sign of the first non-zero component of the edge's normal.
-fn tie_sign(ray: &Ray, a: DVec3, b: DVec3, ties: Ties) -> Sign {
+pub(crate) fn tie_sign(ray: &Ray, a: DVec3, b: DVec3, ties: Ties) -> Sign {
     for k in 0..3 {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let sign = match ties {
@@ -143,9 +116,7 @@ fn tie_sign(ray: &Ray, a: DVec3, b: DVec3, ties: Ties) -> Sign {
             Ties::Origin => {
                 let d = ray.direction;
                 let first = Expansion::difference(b[j], a[j]).scaled(d[i]);
-                first
-                    .minus(&Expansion::difference(b[i], a[i]).scaled(d[j]))
-                    .sign()
+                first.minus(&Expansion::difference(b[i], a[i]).scaled(d[j])).sign()
             }
         };
         if sign != Sign::Zero {
@@ -158,10 +129,7 @@ fn tie_sign(ray: &Ray, a: DVec3, b: DVec3, ties: Ties) -> Sign {
 /// a − b where f64 holds it exactly.
 fn exact_difference(a: DVec3, b: DVec3) -> Option<DVec3> {
     let parts = [0, 1, 2].map(|k| two_sum(a[k], -b[k]));
-    parts
-        .iter()
-        .all(|&(_, tail)| tail == 0.0)
-        .then(|| DVec3::from_array(parts.map(|(sum, _)| sum)))
+    parts.iter().all(|&(_, tail)| tail == 0.0).then(|| DVec3::from_array(parts.map(|(sum, _)| sum)))
 }
 
 /// a − b exactly.
@@ -171,10 +139,7 @@ fn difference(a: DVec3, b: DVec3) -> [Expansion; 3] {
 
 /// d·N exactly.
 fn exact_facing(ray: &Ray, triangle: &Triangle) -> Expansion {
-    let (ab, ac) = (
-        difference(triangle.b, triangle.a),
-        difference(triangle.c, triangle.a),
-    );
+    let (ab, ac) = (difference(triangle.b, triangle.a), difference(triangle.c, triangle.a));
     triple_product(&ray.direction.to_array().map(Expansion::of), &ab, &ac)
 }
 
@@ -190,21 +155,10 @@ impl<'a> Distance<'a> {
     /// Prepares the distance along a ray that covers the triangle.
     pub(crate) fn new(ray: &'a Ray, triangle: &'a Triangle) -> Self {
         let normal = Cross::of(triangle.b - triangle.a, triangle.c - triangle.a);
-        let (numerator, denominator) = (
-            normal.dot(triangle.a - ray.origin),
-            normal.dot(ray.direction),
-        );
+        let (numerator, denominator) = (normal.dot(triangle.a - ray.origin), normal.dot(ray.direction));
         // t > 0, so both have the same sign, and the magnitudes are what matters.
-        let absolute = |x: Approx| Approx {
-            value: x.value.abs(),
-            error: x.error,
-        };
-        Self {
-            ray,
-            triangle,
-            numerator: absolute(numerator),
-            denominator: absolute(denominator),
-        }
+        let absolute = |x: Approx| Approx { value: x.value.abs(), error: x.error };
+        Self { ray, triangle, numerator: absolute(numerator), denominator: absolute(denominator) }
     }
 
     /// Bounds of t, rounded outward. The upper one may be infinite.
@@ -215,23 +169,13 @@ impl<'a> Distance<'a> {
         let least = (n.value - n.error) / (d.value + d.error) * (1.0 - slack);
         let greatest = (n.value + n.error) / (d.value - d.error) * (1.0 + slack);
         let least = if least > 0.0 { least } else { 0.0 };
-        (
-            least,
-            if greatest >= least {
-                greatest
-            } else {
-                f64::INFINITY
-            },
-        )
+        (least, if greatest >= least { greatest } else { f64::INFINITY })
     }
 
     /// Numerator and denominator exactly, the denominator positive.
     fn exact(&self) -> (Expansion, Expansion) {
         let triangle = self.triangle;
-        let (ab, ac) = (
-            difference(triangle.b, triangle.a),
-            difference(triangle.c, triangle.a),
-        );
+        let (ab, ac) = (difference(triangle.b, triangle.a), difference(triangle.c, triangle.a));
         let numerator = triple_product(&difference(triangle.a, self.ray.origin), &ab, &ac);
         let denominator = exact_facing(self.ray, triangle);
         match denominator.sign() {
@@ -255,10 +199,7 @@ impl<'a> Distance<'a> {
 
     /// The sign of t − s for the distance s of another triangle along the same ray, decided exactly.
     pub(crate) fn compare(&self, other: &Self, ambiguous: &mut u64) -> Sign {
-        let filtered = self
-            .numerator
-            .times(other.denominator)
-            .minus(other.numerator.times(self.denominator));
+        let filtered = self.numerator.times(other.denominator).minus(other.numerator.times(self.denominator));
         if let Some(sign) = filtered.sign() {
             return sign;
         }
@@ -310,18 +251,13 @@ pub(crate) fn saturate(x: f64) -> f32 {
 /// Whether two triangles with area lie in one plane, exactly. Such triangles have the same t along every ray.
 fn coplanar(first: &Triangle, second: &Triangle) -> bool {
     let Triangle { a, b, c } = *first;
-    [second.a, second.b, second.c]
-        .iter()
-        .all(|&p| orientation(a, b, c, p) == Sign::Zero)
+    [second.a, second.b, second.c].iter().all(|&p| orientation(a, b, c, p) == Sign::Zero)
 }
 
 /// Whether the corners of a triangle lie on one line, exactly: no component of its normal differs from zero.
 pub(crate) fn collinear(triangle: &Triangle) -> bool {
     (0..3).all(|k| {
-        let coord = |p: DVec3| Coord {
-            x: p[(k + 1) % 3],
-            y: p[(k + 2) % 3],
-        };
+        let coord = |p: DVec3| Coord { x: p[(k + 1) % 3], y: p[(k + 2) % 3] };
         orient2d(coord(triangle.a), coord(triangle.b), coord(triangle.c)) == 0.0
     })
 }

@@ -1,6 +1,10 @@
-//! The two verbs of the engine: closest hit and any hit.
+//! The verbs of the engine: closest hit and any hit of rays, and any hit of segments.
 
-use crate::{Error, Hits, Options, Path, Rays, Stats, Triangles, general, recursion};
+use fearless_simd::Level;
+
+use crate::general::{self, Probes};
+use crate::hits::NO_TRIANGLE;
+use crate::{Error, Hits, Options, Path, Ray, Rays, Segment, Stats, Triangles, recursion};
 
 /// Finds the nearest triangle along each ray: by exact t, then by the smaller id.
 ///
@@ -27,10 +31,23 @@ pub fn any_hit<'a>(
     options: &Options,
 ) -> Result<(Vec<bool>, Stats), Error> {
     let (hits, stats) = run(triangles, rays.into(), options, true)?;
-    Ok((
-        (0..hits.len()).map(|ray| hits.get(ray).is_some()).collect(),
-        stats,
-    ))
+    Ok(((0..hits.len()).map(|ray| hits.get(ray).is_some()).collect(), stats))
+}
+
+/// Finds whether each segment is blocked: for shadows. Exact, with no distance and no bias; see [`Segment`].
+///
+/// # Errors
+/// When an end point is out of range, there are too many segments, or the thread flushes subnormal numbers to zero.
+pub fn blocked(
+    triangles: &Triangles<'_>,
+    segments: &[Segment],
+    options: &Options,
+) -> Result<(Vec<bool>, Stats), Error> {
+    check_host(segments.len(), options)?;
+    segments.iter().try_for_each(Segment::check)?;
+    let mut hits = Hits::missed(segments.len());
+    let stats = general::intersect(triangles, Probes::Segments(segments), true, &mut hits);
+    Ok((hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats))
 }
 
 /// Checks the rays and takes the path of the options.
@@ -40,33 +57,33 @@ fn run(
     options: &Options,
     any: bool,
 ) -> Result<(Hits, Stats), Error> {
-    if flushes_to_zero() {
-        return Err(Error::FlushToZero);
-    }
+    let level = check_host(rays.len(), options)?;
     if let Rays::General(rays) = rays {
-        if u32::try_from(rays.len()).is_err() {
-            return Err(Error::TooManyRays {
-                rays: rays.len() as u64,
-            });
-        }
-        rays.iter().try_for_each(crate::Ray::check)?;
+        rays.iter().try_for_each(Ray::check)?;
     }
-    let level = options.isa.level()?;
     let mut hits = Hits::missed(rays.len());
     let stats = match (rays, options.path) {
         (Rays::Pencil(pencil), Path::Pencil) => {
             recursion::intersect(triangles, pencil, options.accuracy, level, any, &mut hits)
         }
-        _ => general::intersect(triangles, rays, any, &mut hits),
+        _ => general::intersect(triangles, Probes::Rays(rays), any, &mut hits),
     };
     Ok((hits, stats))
+}
+
+/// Checks what the rays do not depend on: their number, the instruction set, and subnormal numbers.
+fn check_host(rays: usize, options: &Options) -> Result<Level, Error> {
+    if flushes_to_zero() {
+        return Err(Error::FlushToZero);
+    }
+    if u32::try_from(rays).is_err() {
+        return Err(Error::TooManyRays { rays: rays as u64 });
+    }
+    options.isa.level()
 }
 
 /// Whether this thread or the pool's threads were told to treat subnormal numbers as zero.
 fn flushes_to_zero() -> bool {
     let flushes = || std::hint::black_box(f64::MIN_POSITIVE) * std::hint::black_box(0.5) == 0.0;
-    flushes()
-        || rayon::broadcast(|_| flushes())
-            .into_iter()
-            .any(|flushes| flushes)
+    flushes() || rayon::broadcast(|_| flushes()).into_iter().any(|flushes| flushes)
 }

@@ -34,12 +34,7 @@ impl Ray {
     /// The ray 0 < t < ∞.
     #[must_use]
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
-        Self {
-            origin,
-            direction,
-            t_min: 0.0,
-            t_max: f64::INFINITY,
-        }
+        Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
     }
 
     /// Checks the ranges within which every decision is exact.
@@ -49,11 +44,7 @@ impl Ray {
         let (t_min, t_max) = (self.t_min, self.t_max);
         let min_fits = t_min == 0.0 || (T_MIN..=T_MAX).contains(&t_min);
         let max_fits = t_max == f64::INFINITY || (T_MIN..=T_MAX).contains(&t_max);
-        if min_fits && max_fits && t_min < t_max {
-            Ok(())
-        } else {
-            Err(Error::Interval { t_min, t_max })
-        }
+        if min_fits && max_fits && t_min < t_max { Ok(()) } else { Err(Error::Interval { t_min, t_max }) }
     }
 }
 
@@ -75,9 +66,7 @@ pub(crate) fn check_origin(origin: DVec3) -> Result<(), Error> {
     if origin.to_array().into_iter().all(fits) {
         Ok(())
     } else {
-        Err(Error::Origin {
-            origin: origin.to_array(),
-        })
+        Err(Error::Origin { origin: origin.to_array() })
     }
 }
 
@@ -85,9 +74,5 @@ pub(crate) fn check_origin(origin: DVec3) -> Result<(), Error> {
 pub(crate) fn check_direction(direction: DVec3) -> Result<(), Error> {
     let fits = |x: f64| x == 0.0 || (DIRECTION_MIN..=DIRECTION_MAX).contains(&x.abs());
     let d = direction.to_array();
-    if d.into_iter().all(fits) && d != [0.0; 3] {
-        Ok(())
-    } else {
-        Err(Error::Direction { direction: d })
-    }
+    if d.into_iter().all(fits) && d != [0.0; 3] { Ok(()) } else { Err(Error::Direction { direction: d }) }
 }

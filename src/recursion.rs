@@ -13,12 +13,14 @@
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
 //! 2011, Algorithm 1.
 
+use std::mem::size_of;
+
 use fearless_simd::Level;
 
 use crate::depth::DepthBuffer;
 use crate::frustum::Projection;
 use crate::lanes::{Boxes, LANES, bits};
-use crate::leaf::{FilmQuery, TILE_SIDE, Tile, greatest_key};
+use crate::leaf::{FilmQuery, TILE_RAYS, TILE_SIDE, Tile, greatest_key};
 use crate::pencil::Pencil;
 use crate::runs::{Node, Runs};
 use crate::scattered::{self, Cluster};
@@ -35,10 +37,10 @@ pub(crate) fn intersect(
     hits: &mut Hits,
 ) -> Stats {
     let runs = Runs::new(triangles);
-    let mut stats = Stats {
-        engine_bytes: runs.bytes() as u64,
-        ..Stats::default()
-    };
+    // Each thread works on one tile, and holds the rows of the windows that it has split off.
+    let threads = rayon::current_num_threads();
+    let bytes = runs.bytes() + threads * (size_of::<Tile<'_>>() + DepthBuffer::bytes_for(TILE_RAYS));
+    let mut stats = Stats { engine_bytes: bytes as u64, ..Stats::default() };
     // In range: a pencil has fewer than 2³² rays.
     let sizes = pencil.films().iter().map(|film| match film {
         Film::Grid(grid) => (grid.width(), grid.height()),
@@ -51,26 +53,13 @@ pub(crate) fn intersect(
                     continue;
                 };
                 let origin = pencil.origin();
-                let query = FilmQuery {
-                    triangles,
-                    origin,
-                    film,
-                    projection: &projection,
-                    accuracy,
-                    level,
-                    any,
-                };
+                let query =
+                    FilmQuery { triangles, origin, film, projection: &projection, accuracy, level, any };
                 split_film(query, &runs, window)
             }
-            Film::Scattered(samples) => scattered::intersect(
-                triangles,
-                &runs,
-                pencil.origin(),
-                samples,
-                accuracy,
-                any,
-                window,
-            ),
+            Film::Scattered(samples) => {
+                scattered::intersect(triangles, &runs, pencil.origin(), samples, accuracy, any, window)
+            }
         });
     }
     stats
@@ -80,10 +69,7 @@ pub(crate) fn intersect(
 fn split_film(query: FilmQuery<'_>, runs: &Runs, mut window: Window<'_>) -> Stats {
     if window.rect.width() > TILE_SIDE || window.rect.height() > TILE_SIDE {
         let (one, other) = window.halves(TILE_SIDE);
-        let (one, other) = rayon::join(
-            || split_film(query, runs, one),
-            || split_film(query, runs, other),
-        );
+        let (one, other) = rayon::join(|| split_film(query, runs, one), || split_film(query, runs, other));
         return one.add(other);
     }
     let mut tile = Tile::new(query, window.rect);

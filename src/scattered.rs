@@ -41,13 +41,7 @@ pub(crate) fn intersect(
     mut window: Window<'_>,
 ) -> Stats {
     let order = along_curve(origin, samples);
-    let query = ScatteredQuery {
-        triangles,
-        origin,
-        samples,
-        accuracy,
-        any,
-    };
+    let query = ScatteredQuery { triangles, origin, samples, accuracy, any };
     let clusters: Vec<(Vec<u32>, Vec<f32>, Stats)> = order
         .par_chunks(CLUSTER)
         .map(|places| {
@@ -57,12 +51,8 @@ pub(crate) fn intersect(
             (ids, ts, stats)
         })
         .collect();
-    let bytes =
-        order.capacity() * size_of::<u32>() + samples.len() * (size_of::<u32>() + size_of::<f32>());
-    let mut stats = Stats {
-        engine_bytes: bytes as u64,
-        ..Stats::default()
-    };
+    let bytes = order.capacity() * size_of::<u32>() + samples.len() * (size_of::<u32>() + size_of::<f32>());
+    let mut stats = Stats { engine_bytes: bytes as u64, ..Stats::default() };
     let Some((all_ids, all_ts)) = window.rows.first_mut() else {
         return stats;
     };
@@ -78,11 +68,8 @@ pub(crate) fn intersect(
 
 /// The rays in the order of a curve.
 fn along_curve(origin: Origin, samples: &[DVec3]) -> Vec<u32> {
-    let (lo, hi) = samples
-        .iter()
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), &s| {
-            (lo.min(s), hi.max(s))
-        });
+    let (lo, hi) =
+        samples.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), &s| (lo.min(s), hi.max(s)));
     let code = |place: u32| {
         let s = samples[place as usize];
         match origin {
@@ -160,22 +147,14 @@ pub(crate) struct Cluster<'a> {
 
 impl<'a> Cluster<'a> {
     fn new(query: ScatteredQuery<'a>, places: &'a [u32]) -> Self {
-        let samples: Vec<DVec3> = places
-            .iter()
-            .map(|&place| query.samples[place as usize])
-            .collect();
+        let samples: Vec<DVec3> = places.iter().map(|&place| query.samples[place as usize]).collect();
         let bound = match query.origin {
             Origin::Point(apex) => Bound::Cone(Cone::around(apex, &samples)),
             Origin::Infinity(direction) => {
                 beam(direction, &samples).map_or(Bound::Everything, Bound::Frustum)
             }
         };
-        Self {
-            query,
-            places,
-            bound,
-            depth: DepthBuffer::new(places.len()),
-        }
+        Self { query, places, bound, depth: DepthBuffer::new(places.len()) }
     }
 
     /// The common origin.
@@ -212,13 +191,7 @@ impl<'a> Cluster<'a> {
 
     /// Tests one triangle against all rays of the cluster.
     pub(crate) fn intersect(&mut self, id: u32, stats: &mut Stats) {
-        let ScatteredQuery {
-            triangles,
-            origin,
-            samples,
-            accuracy,
-            any,
-        } = self.query;
+        let ScatteredQuery { triangles, origin, samples, accuracy, any } = self.query;
         let triangle = triangles.triangle(id);
         stats.triangles_set_up += 1;
         let Some(setup) = SpaceSetup::new(origin, &triangle) else {
@@ -251,12 +224,7 @@ impl<'a> Cluster<'a> {
             let hit = match (certain, ahead) {
                 (_, Some(false)) => false,
                 (true, Some(true)) => true,
-                _ => covers(
-                    &ray(),
-                    &triangle,
-                    origin.ties(),
-                    &mut stats.ambiguous_coverage,
-                ),
+                _ => covers(&ray(), &triangle, origin.ties(), &mut stats.ambiguous_coverage),
             };
             if !hit {
                 continue;
@@ -266,32 +234,18 @@ impl<'a> Cluster<'a> {
             } else {
                 let exact: Option<&dyn Fn() -> crate::Ray> =
                     (accuracy == Accuracy::Exact).then_some(&ray as _);
-                self.depth.offer(
-                    index,
-                    candidate,
-                    triangles,
-                    exact,
-                    &mut stats.ambiguous_order,
-                );
+                self.depth.offer(index, candidate, triangles, exact, &mut stats.ambiguous_order);
             }
         }
     }
 
     /// Ids and distances in the order of the cluster.
     fn hits(&self) -> (Vec<u32>, Vec<f32>) {
-        let ScatteredQuery {
-            triangles,
-            origin,
-            samples,
-            ..
-        } = self.query;
-        let (mut ids, mut ts) = (
-            vec![NO_TRIANGLE; self.places.len()],
-            vec![f32::INFINITY; self.places.len()],
-        );
+        let ScatteredQuery { triangles, origin, samples, .. } = self.query;
+        let (mut ids, mut ts) =
+            (vec![NO_TRIANGLE; self.places.len()], vec![f32::INFINITY; self.places.len()]);
         let ray = |k: usize| origin.ray(samples[self.places[k] as usize]);
-        self.depth
-            .write(0, &mut (&mut ids, &mut ts), origin, triangles, ray);
+        self.depth.write(0, &mut (&mut ids, &mut ts), origin, triangles, ray);
         (ids, ts)
     }
 }
@@ -301,18 +255,12 @@ fn beam(direction: DVec3, starts: &[DVec3]) -> Option<Frustum> {
     let axis = largest_axis(direction);
     let [right, up] = [DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]];
     let projection = Projection::new(Origin::Infinity(direction), [starts[0], right, up])?;
-    let empty = Interval {
-        lo: f64::INFINITY,
-        hi: f64::NEG_INFINITY,
-    };
+    let empty = Interval { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
     let (mut x, mut y, mut t) = (empty, empty, empty);
     for &start in starts {
         let [at_x, at_y] = projection.project(start)?;
         let depth = projection.depth(start);
-        let at_t = Interval {
-            lo: depth.value - depth.error,
-            hi: depth.value + depth.error,
-        };
+        let at_t = Interval { lo: depth.value - depth.error, hi: depth.value + depth.error };
         for (range, at) in [(&mut x, at_x), (&mut y, at_y), (&mut t, at_t)] {
             // One rounding each way pays for the sums.
             range.lo = range.lo.min(at.lo - at.lo.abs() * U);

@@ -96,8 +96,11 @@ pub(crate) fn set_up<S: Simd>(
         Origin::Point(point) => point,
         Origin::Infinity(_) => span[0],
     };
-    let [a, b, c] =
-        [Points::load(simd, &batch.corners[0]), Points::load(simd, &batch.corners[1]), Points::load(simd, &batch.corners[2])];
+    let [a, b, c] = [
+        Points::load(simd, &batch.corners[0]),
+        Points::load(simd, &batch.corners[1]),
+        Points::load(simd, &batch.corners[2]),
+    ];
     let corners = [a, b, c];
     let base = Points::splat(simd, base);
     let relative = [a.minus(base), b.minus(base), c.minus(base)];
@@ -132,7 +135,8 @@ pub(crate) fn set_up<S: Simd>(
         };
         let twice = if matches!(origin, Origin::Infinity(_)) { 2.0 } else { 1.0 };
         let (right, up) = (Product::with(n, span[1] * twice), Product::with(n, span[2] * twice));
-        let (first, right, up) = (first.signed(negative_mask), right.signed(negative_mask), up.signed(negative_mask));
+        let (first, right, up) =
+            (first.signed(negative_mask), right.signed(negative_mask), up.signed(negative_mask));
         setup.values[edge] = affine(first, right, up, reach);
         setup.zero_is_inside[edge] = leads_positive(n.value, zero) ^ negative.0;
     }
@@ -191,7 +195,10 @@ impl<S: Simd> Product<S> {
         let certain = size.simd_gt(zero);
         let value = self.value / divisor.value;
         let error = (self.error + value.abs() * divisor.error) / size + value.abs() * U;
-        Self { value: certain.select(value, zero), error: certain.select(error * BOUND_SLACK, zero + f64::INFINITY) }
+        Self {
+            value: certain.select(value, zero),
+            error: certain.select(error * BOUND_SLACK, zero + f64::INFINITY),
+        }
     }
 }
 

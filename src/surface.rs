@@ -21,27 +21,13 @@ impl Triangles<'_> {
     #[must_use]
     pub fn barycentrics(&self, id: TriangleId, ray: &Ray) -> [f64; 3] {
         let Triangle { a, b, c } = self.triangle(id.0);
-        let edge = |from: DVec3, to: DVec3| {
-            Cross::of(from - ray.origin, to - from)
-                .dot(ray.direction)
-                .value
-        };
+        let edge = |from: DVec3, to: DVec3| Cross::of(from - ray.origin, to - from).dot(ray.direction).value;
         let weights = [edge(b, c), edge(c, a), edge(a, b)];
         let sum = weights[0] + weights[1] + weights[2];
         // Rounding can leave a weight on the wrong side of zero: it lies on the edge.
-        let weights = weights.map(|w| {
-            if (w > 0.0) == (sum > 0.0) {
-                w.abs()
-            } else {
-                0.0
-            }
-        });
+        let weights = weights.map(|w| if (w > 0.0) == (sum > 0.0) { w.abs() } else { 0.0 });
         let sum = weights[0] + weights[1] + weights[2];
-        if sum > 0.0 {
-            weights.map(|w| w / sum)
-        } else {
-            [1.0 / 3.0; 3]
-        }
+        if sum > 0.0 { weights.map(|w| w / sum) } else { [1.0 / 3.0; 3] }
     }
 
     /// Whether a triangle has no area: its corners are exactly collinear, or coincide. No ray hits it.

@@ -24,25 +24,16 @@ impl<'a> Triangles<'a> {
     /// The first position that is not finite, the first index out of range, or too many triangles.
     pub fn new(positions: &'a [[f32; 3]], indices: &'a [[u32; 3]]) -> Result<Self, Error> {
         if u32::try_from(indices.len()).map_or(true, |count| count == u32::MAX) {
-            return Err(Error::TooManyTriangles {
-                triangles: indices.len(),
-            });
+            return Err(Error::TooManyTriangles { triangles: indices.len() });
         }
         let not_finite = |p: &[f32; 3]| !p.iter().all(|x| x.is_finite());
         if let Some(vertex) = positions.iter().position(not_finite) {
-            return Err(Error::NonFinitePosition {
-                vertex,
-                position: positions[vertex],
-            });
+            return Err(Error::NonFinitePosition { vertex, position: positions[vertex] });
         }
         let vertices = positions.len();
         for (triangle, corners) in indices.iter().enumerate() {
             if let Some(&vertex) = corners.iter().find(|&&v| v as usize >= vertices) {
-                return Err(Error::IndexOutOfRange {
-                    triangle,
-                    vertex,
-                    vertices,
-                });
+                return Err(Error::IndexOutOfRange { triangle, vertex, vertices });
             }
         }
         Ok(Self { positions, indices })

@@ -46,15 +46,7 @@ impl<'a> Window<'a> {
                 rows.push((id_row, t_row));
                 (ids, ts) = (more_ids, more_ts);
             }
-            windows.push(Self {
-                rect: Rect {
-                    x0: 0,
-                    y0: 0,
-                    x1: width,
-                    y1: height,
-                },
-                rows,
-            });
+            windows.push(Self { rect: Rect { x0: 0, y0: 0, x1: width, y1: height }, rows });
         }
         windows
     }
@@ -74,31 +66,13 @@ impl<'a> Window<'a> {
             });
             let (left, right) = halves.unzip();
             let (left_rect, right_rect) = (Rect { x0, y0, x1: x, y1 }, Rect { x0: x, y0, x1, y1 });
-            (
-                Self {
-                    rect: left_rect,
-                    rows: left,
-                },
-                Self {
-                    rect: right_rect,
-                    rows: right,
-                },
-            )
+            (Self { rect: left_rect, rows: left }, Self { rect: right_rect, rows: right })
         } else {
             let y = middle(y0, y1);
             let mut above = self.rows;
             let below = above.split_off((y - y0) as usize);
             let (above_rect, below_rect) = (Rect { x0, y0, x1, y1: y }, Rect { x0, y0: y, x1, y1 });
-            (
-                Self {
-                    rect: above_rect,
-                    rows: above,
-                },
-                Self {
-                    rect: below_rect,
-                    rows: below,
-                },
-            )
+            (Self { rect: above_rect, rows: above }, Self { rect: below_rect, rows: below })
         }
     }
 }

@@ -1,0 +1,138 @@
+//! Leaving a surface: where rays from a triangle start, so that they need no epsilon.
+//!
+//! The point p = Σ w_k v_k is moved toward the centroid until it lies 8 ulp (of its largest coordinate) from every edge, or
+//! to the centroid where the triangle is too thin for that, and rounded to f32. While orient3d shows it strictly on the
+//! wrong side of the plane it steps one ulp along the axis with the largest |N_k|·ulp(p_k). A rounded point is at most half an
+//! ulp per axis away from the plane, so that a few such steps are enough.
+//!
+//! Promised: the ray from there to its side never hits the triangle itself, nor any triangle in its plane, nor anything in
+//! the closed half space behind that plane; what lies farther from the true point than ρ = inset + 5 ulp per axis is decided
+//! exactly for the ray that starts at the returned point. Not promised: surfaces nearer than ρ (thin sheets, acute folds), and
+//! neighbours that f32 vertices really raise above the plane: those are true hits of grazing rays.
+//!
+//! Based on: Carsten Wächter and Nikolaus Binder, "A Fast and Robust Method for Avoiding Self-Intersection", 2019 (offsets
+//! in ulp); Jonathan Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997.
+
+use glam::DVec3;
+
+use crate::approx::{Cross, Sign};
+use crate::predicates::{collinear, facing, orientation};
+use crate::triangles::{Triangle, widen};
+use crate::{Ray, TriangleId, Triangles};
+
+/// The distance from every edge, in ulp of the largest coordinate.
+const INSET_ULPS: f64 = 8.0;
+
+/// Steps after which a point would have to be on the right side many times over: 4 are enough in exact arithmetic.
+const MOST_STEPS: u32 = 16;
+
+/// A side of a triangle's plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// The side that (b − a)×(c − a) points to.
+    Front,
+    /// The other one.
+    Back,
+}
+
+impl Triangles<'_> {
+    /// The side of a triangle that a direction leaves to, exactly; `None` for a direction in the plane, and for a triangle
+    /// without area.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    #[must_use]
+    pub fn side_toward(&self, id: TriangleId, direction: DVec3) -> Option<Side> {
+        match facing(&Ray::new(DVec3::ZERO, direction), &self.triangle(id.0)) {
+            Sign::Positive => Some(Side::Front),
+            Sign::Negative => Some(Side::Back),
+            Sign::Zero => None,
+        }
+    }
+
+    /// The ray that leaves a triangle at barycentric weights (of a, b, c; not negative, with sum 1): it starts at
+    /// [`Triangles::leave`], and its t_min is 0. `None` as [`Triangles::side_toward`].
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    #[must_use]
+    pub fn ray_from(&self, id: TriangleId, weights: [f64; 3], direction: DVec3) -> Option<Ray> {
+        let side = self.side_toward(id, direction)?;
+        Some(Ray::new(widen(self.leave(id, weights, side)), direction))
+    }
+
+    /// The point from which rays leave a triangle to one side: on its plane or on that side of it, exactly.
+    ///
+    /// A triangle without area has no sides; its rounded point is returned.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    #[must_use]
+    pub fn leave(&self, id: TriangleId, weights: [f64; 3], side: Side) -> [f32; 3] {
+        let triangle = self.triangle(id.0);
+        let weights = inset(&triangle, weights);
+        let point = triangle.a * weights[0] + triangle.b * weights[1] + triangle.c * weights[2];
+        // The weighted mean of f32 numbers is in the range of f32.
+        let mut point = point.to_array().map(|x| x as f32);
+        if collinear(&triangle) {
+            return point;
+        }
+        let normal = scaled_normal(&triangle, side);
+        // orient3d is positive for points on the back.
+        let wrong = if side == Side::Front { Sign::Positive } else { Sign::Negative };
+        let is_wrong = |p: [f32; 3]| orientation(triangle.a, triangle.b, triangle.c, widen(p)) == wrong;
+        let mut steps = 0;
+        while steps < MOST_STEPS && is_wrong(point) {
+            point = step(point, normal);
+            steps += 1;
+        }
+        point
+    }
+}
+
+/// Weights moved toward the centroid until the point lies [`INSET_ULPS`] from every edge.
+fn inset(triangle: &Triangle, weights: [f64; 3]) -> [f64; 3] {
+    let Triangle { a, b, c } = *triangle;
+    let largest = [a, b, c].iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    let distance = INSET_ULPS * ulp(largest as f32);
+    let double_area = length(Cross::of(b - a, c - a).value);
+    // The weight of a corner is the distance from the opposite edge over the height.
+    let needed = [c - b, a - c, b - a].map(|edge| distance * length(edge) / double_area);
+    let mut amount: f64 = 0.0;
+    for (&weight, needed) in weights.iter().zip(needed) {
+        if weight < needed {
+            let share = (needed - weight) / (1.0 / 3.0 - weight);
+            amount = if (0.0..1.0).contains(&share) { amount.max(share) } else { 1.0 };
+        }
+    }
+    weights.map(|weight| weight + amount * (1.0 / 3.0 - weight))
+}
+
+/// The point one ulp farther along the axis on which that gets it farthest along the normal.
+fn step(mut point: [f32; 3], normal: DVec3) -> [f32; 3] {
+    let gain = |k: usize| normal[k].abs() * ulp(point[k]);
+    let axis = (0..3).fold(0, |best, k| if gain(k) > gain(best) { k } else { best });
+    let next = if normal[axis] > 0.0 { point[axis].next_up() } else { point[axis].next_down() };
+    if next.is_finite() {
+        point[axis] = next;
+    }
+    point
+}
+
+/// The normal toward a side, of any length, its components neither all tiny nor all huge.
+fn scaled_normal(triangle: &Triangle, side: Side) -> DVec3 {
+    let (ab, ac) = (triangle.b - triangle.a, triangle.c - triangle.a);
+    let normal = Cross::of(ab / ab.abs().max_element(), ac / ac.abs().max_element()).value;
+    if side == Side::Front { normal } else { -normal }
+}
+
+/// The spacing of f32 at a number.
+fn ulp(x: f32) -> f64 {
+    let x = x.abs().min(f32::MAX.next_down());
+    f64::from(x.next_up()) - f64::from(x)
+}
+
+/// |v|; coordinates are f32-like, so squares stay in range.
+fn length(v: DVec3) -> f64 {
+    (v.x * v.x + v.y * v.y + v.z * v.z).sqrt()
+}
