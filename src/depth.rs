@@ -9,12 +9,14 @@
 
 use std::mem::size_of;
 
+use fearless_simd::{f32x8, prelude::*};
+
 use crate::approx::Sign;
 use crate::bounds::U;
 use crate::hits::NO_TRIANGLE;
-use crate::lanes::{LANES, bits};
+use crate::lanes::{LANES, Lanes, bits};
 use crate::pencil::Origin;
-use crate::predicates::{Distance, saturate};
+use crate::predicates::Distance;
 use crate::ray::Ray;
 use crate::triangles::Triangles;
 use crate::window::Row;
@@ -46,6 +48,16 @@ pub(crate) struct DepthBuffer {
 }
 
 impl DepthBuffer {
+    /// Forgets all hits.
+    pub(crate) fn clear(&mut self) {
+        self.lo.fill(f64::NEG_INFINITY);
+        self.hi.fill(f64::NEG_INFINITY);
+        self.ids.fill(NO_TRIANGLE);
+        self.far.fill(f64::NEG_INFINITY);
+        self.stale = all_blocks(self.far.len());
+        self.farthest = f64::NEG_INFINITY;
+    }
+
     /// A buffer for `rays` rays, none of which has hit anything.
     pub(crate) fn new(rays: usize) -> Self {
         let blocks = rays.div_ceil(BLOCK);
@@ -54,7 +66,7 @@ impl DepthBuffer {
             hi: vec![f64::NEG_INFINITY; rays],
             ids: vec![NO_TRIANGLE; rays],
             far: vec![f64::NEG_INFINITY; blocks],
-            stale: (1_u64 << (blocks - 1) << 1).wrapping_sub(1),
+            stale: all_blocks(blocks),
             farthest: f64::NEG_INFINITY,
         }
     }
@@ -133,26 +145,38 @@ impl DepthBuffer {
         self.mark_stale(index / BLOCK);
     }
 
-    /// Writes ids and distances of consecutive rays. `ray` makes the ray with an index.
-    pub(crate) fn write(
+    /// Writes ids and distances of at most eight consecutive rays. `ray` makes the ray with an index.
+    #[inline(always)]
+    pub(crate) fn write<S: Simd>(
         &self,
+        simd: S,
         first: usize,
         (ids, ts): &mut Row<'_>,
         origin: Origin,
         triangles: &Triangles<'_>,
         ray: impl Fn(usize) -> Ray,
     ) {
-        for (place, (id, t)) in ids.iter_mut().zip(ts.iter_mut()).enumerate() {
-            let index = first + place;
-            *id = self.ids[index];
-            if *id == NO_TRIANGLE || self.lo[index] == f64::INFINITY {
-                // Missed, or settled: nobody asks for the distance.
-                continue;
+        let end = first + ids.len();
+        ids.copy_from_slice(&self.ids[first..end]);
+        let (mut lo, mut hi) = ([0.0; LANES], [0.0; LANES]);
+        lo[..ids.len()].copy_from_slice(&self.lo[first..end]);
+        hi[..ids.len()].copy_from_slice(&self.hi[first..end]);
+        let (rounded, certain) = rounded_distances(simd, &lo, &hi, origin);
+        for (lane, (&id, t)) in ids.iter().zip(ts.iter_mut()).enumerate() {
+            // Missed, or settled: nobody asks for the distance.
+            if id != NO_TRIANGLE && lo[lane] != f64::INFINITY {
+                *t = rounded[lane];
+                if certain >> lane & 1 == 0 {
+                    *t = Distance::new(&ray(lane), &triangles.triangle(id)).rounded();
+                }
             }
-            *t = rounded_distance(self.lo[index], self.hi[index], origin)
-                .unwrap_or_else(|| Distance::new(&ray(place), &triangles.triangle(*id)).rounded());
         }
     }
+}
+
+/// One bit per block, for 1 to 64 blocks.
+fn all_blocks(blocks: usize) -> u64 {
+    u64::MAX >> (64 - blocks)
 }
 
 /// The least of some numbers that are not NaN. Eight at a time, which the compiler turns into vectors.
@@ -167,16 +191,30 @@ fn least(keys: &[f64]) -> f64 {
     least.iter().chain(rest).fold(f64::INFINITY, |least, &key| if key < least { key } else { least })
 }
 
-/// t of a key in [lo, hi], where that leaves no doubt about the nearest f32.
-fn rounded_distance(lo: f64, hi: f64, origin: Origin) -> Option<f32> {
-    let (least, greatest) = match origin {
-        Origin::Point(_) if lo > 0.0 => (1.0 / hi, 1.0 / lo),
-        Origin::Infinity(_) if hi < 0.0 => (-hi, -lo),
-        _ => return None,
+/// t of keys in [lo, hi], rounded, and the lanes, as bits, where that leaves no doubt about the nearest f32.
+#[inline(always)]
+fn rounded_distances<S: Simd>(
+    simd: S,
+    lo: &[f64; LANES],
+    hi: &[f64; LANES],
+    origin: Origin,
+) -> ([f32; LANES], u64) {
+    let (lo, hi) = (Lanes::load_array_ref(simd, lo), Lanes::load_array_ref(simd, hi));
+    let zero = Lanes::simd_from(simd, 0.0);
+    let (least, greatest, valid) = match origin {
+        Origin::Point(_) => ((zero + 1.0) / hi, (zero + 1.0) / lo, lo.simd_gt(zero)),
+        Origin::Infinity(_) => (-hi, -lo, hi.simd_lt(zero)),
     };
-    // A quotient: one rounding.
-    let (least, greatest) = (saturate(least * (1.0 - 2.0 * U)), saturate(greatest * (1.0 + 2.0 * U)));
-    (least == greatest).then_some(least)
+    // A quotient: one rounding. Rounding to f32 is monotonic, so equal ends leave no doubt.
+    let (smallest, largest) = (f64::from(f32::from_bits(1)), f64::from(f32::MAX));
+    let least = (least * (1.0 - 2.0 * U)).max(smallest).min(largest);
+    let greatest = (greatest * (1.0 + 2.0 * U)).max(smallest).min(largest);
+    let (low, high) = least.split();
+    let least: f32x8<S> = low.narrow(high);
+    let (low, high) = greatest.split();
+    let greatest: f32x8<S> = low.narrow(high);
+    let certain = least.simd_eq(greatest).to_bitmask() & valid.to_bitmask();
+    (least.to_array(), certain)
 }
 
 /// Whether the first triangle comes before the second along the ray by (t, id), exactly.

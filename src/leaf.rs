@@ -63,7 +63,7 @@ pub(crate) struct Tile<'a> {
     pub(crate) frustum: Frustum,
     /// max |X| and max |Y|.
     reach: [f64; 2],
-    pub(crate) depth: DepthBuffer,
+    pub(crate) depth: &'a mut DepthBuffer,
     /// Triangles that meet the frustum and wait for more, and max |A| of their corners.
     met: Batch,
     met_reach: DVec3,
@@ -80,14 +80,14 @@ struct Primitive<'a> {
 }
 
 impl<'a> Tile<'a> {
-    /// A tile of at most [`TILE_SIDE`] squared rays.
-    pub(crate) fn new(query: FilmQuery<'a>, rect: Rect) -> Self {
+    /// A tile of at most [`TILE_SIDE`] squared rays, with a buffer for that many.
+    pub(crate) fn new(query: FilmQuery<'a>, rect: Rect, depth: &'a mut DepthBuffer) -> Self {
         let film = query.film;
         let x = Interval { lo: film.x(rect.x0), hi: film.x(rect.x1 - 1) };
         let y = Interval { lo: film.y(rect.y1 - 1), hi: film.y(rect.y0) };
         let frustum = Frustum::new(query.projection, x, y, Interval { lo: 0.0, hi: 0.0 });
         let reach = [x.lo.abs().max(x.hi.abs()), y.lo.abs().max(y.hi.abs())];
-        let mut depth = DepthBuffer::new(TILE_RAYS);
+        depth.clear();
         for y in 0..TILE_SIDE {
             let outside = if y < rect.height() { rect.width() } else { 0 };
             (outside..TILE_SIDE).for_each(|x| depth.exclude(place(x, y)));
@@ -343,12 +343,17 @@ impl<'a> Tile<'a> {
 
     /// Writes what the rays have hit.
     pub(crate) fn write(&self, window: &mut Window<'_>) {
+        dispatch!(self.query.level, simd => self.write_lanes(simd, window));
+    }
+
+    #[inline(always)]
+    fn write_lanes<S: Simd>(&self, simd: S, window: &mut Window<'_>) {
         let FilmQuery { origin, film, triangles, .. } = self.query;
         for (j, (ids, ts)) in (0..).zip(&mut window.rows) {
             for i in (0..self.rect.width()).step_by(BLOCK_SIDE as usize) {
                 let columns = i as usize..(i + BLOCK_SIDE).min(self.rect.width()) as usize;
                 let mut row = (&mut ids[columns.clone()], &mut ts[columns]);
-                self.depth.write(place(i, j), &mut row, origin, triangles, |k| {
+                self.depth.write(simd, place(i, j), &mut row, origin, triangles, |k| {
                     // In range: fewer than eight columns.
                     origin.ray(film.at(self.rect.x0 + i + k as u32, self.rect.y0 + j))
                 });

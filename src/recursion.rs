@@ -16,6 +16,7 @@
 use std::mem::size_of;
 
 use fearless_simd::Level;
+use rayon::prelude::*;
 
 use crate::depth::DepthBuffer;
 use crate::frustum::Projection;
@@ -23,8 +24,8 @@ use crate::lanes::{Boxes, LANES, bits};
 use crate::leaf::{FilmQuery, TILE_RAYS, TILE_SIDE, Tile, greatest_key};
 use crate::pencil::Pencil;
 use crate::runs::{Node, Runs};
-use crate::scattered::{self, Cluster};
-use crate::window::Window;
+use crate::scattered::{self, Cluster, ScatteredQuery};
+use crate::window::{Row, Window};
 use crate::{Aabb, Accuracy, Film, Hits, Stats, Triangles};
 
 /// Finds the nearest, or any, hit of each ray of a pencil.
@@ -37,9 +38,10 @@ pub(crate) fn intersect(
     hits: &mut Hits,
 ) -> Stats {
     let runs = Runs::new(triangles);
-    // Each thread works on one tile, and holds the rows of the windows that it has split off.
+    // Each thread works on one tile; each tile has its rows of the hits.
     let threads = rayon::current_num_threads();
-    let bytes = runs.bytes() + threads * (size_of::<Tile<'_>>() + DepthBuffer::bytes_for(TILE_RAYS));
+    let tiles = threads * (size_of::<Tile<'_>>() + DepthBuffer::bytes_for(TILE_RAYS));
+    let bytes = runs.bytes() + tiles + pencil.len() / TILE_SIDE as usize * size_of::<Row<'_>>();
     let mut stats = Stats { engine_bytes: bytes as u64, ..Stats::default() };
     // In range: a pencil has fewer than 2³² rays.
     let sizes = pencil.films().iter().map(|film| match film {
@@ -58,24 +60,31 @@ pub(crate) fn intersect(
                 split_film(query, &runs, window)
             }
             Film::Scattered(samples) => {
-                scattered::intersect(triangles, &runs, pencil.origin(), samples, accuracy, any, window)
+                let origin = pencil.origin();
+                let query = ScatteredQuery { triangles, origin, samples, accuracy, level, any };
+                scattered::intersect(query, &runs, window)
             }
         });
     }
     stats
 }
 
-/// Splits the rays of a film down to tiles, halves in parallel.
-fn split_film(query: FilmQuery<'_>, runs: &Runs, mut window: Window<'_>) -> Stats {
-    if window.rect.width() > TILE_SIDE || window.rect.height() > TILE_SIDE {
-        let (one, other) = window.halves(TILE_SIDE);
-        let (one, other) = rayon::join(|| split_film(query, runs, one), || split_film(query, runs, other));
-        return one.add(other);
-    }
-    let mut tile = Tile::new(query, window.rect);
-    let stats = intersect_objects(&mut tile, runs);
-    tile.write(&mut window);
-    stats
+/// Splits the rays of a film down to tiles, and works on them in parallel.
+fn split_film(query: FilmQuery<'_>, runs: &Runs, window: Window<'_>) -> Stats {
+    let mut tiles = Vec::new();
+    window.split(TILE_SIDE, &mut tiles);
+    tiles
+        .into_par_iter()
+        .map_init(
+            || DepthBuffer::new(TILE_RAYS),
+            |depth, mut window| {
+                let mut tile = Tile::new(query, window.rect, depth);
+                let stats = intersect_objects(&mut tile, runs);
+                tile.write(&mut window);
+                stats
+            },
+        )
+        .reduce(Stats::default, Stats::add)
 }
 
 /// A set of rays that one bound stands for.
@@ -141,7 +150,7 @@ impl SubPencil for Tile<'_> {
     }
 
     fn depth(&mut self) -> &mut DepthBuffer {
-        &mut self.depth
+        self.depth
     }
 
     fn intersect(&mut self, bounds: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats) {

@@ -11,6 +11,7 @@
 
 use std::mem::size_of;
 
+use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -31,17 +32,9 @@ use crate::{Accuracy, Cone, Stats, Triangles};
 const CLUSTER: usize = 256;
 
 /// Finds the nearest, or any, hit of scattered rays. The window is one row.
-pub(crate) fn intersect(
-    triangles: &Triangles<'_>,
-    runs: &Runs,
-    origin: Origin,
-    samples: &[DVec3],
-    accuracy: Accuracy,
-    any: bool,
-    mut window: Window<'_>,
-) -> Stats {
+pub(crate) fn intersect(query: ScatteredQuery<'_>, runs: &Runs, mut window: Window<'_>) -> Stats {
+    let ScatteredQuery { origin, samples, .. } = query;
     let order = along_curve(origin, samples);
-    let query = ScatteredQuery { triangles, origin, samples, accuracy, any };
     let clusters: Vec<(Vec<u32>, Vec<f32>, Stats)> = order
         .par_chunks(CLUSTER)
         .map(|places| {
@@ -119,12 +112,14 @@ fn interleave(x: f64, y: f64) -> u64 {
 
 /// What all clusters of one film share.
 #[derive(Debug, Clone, Copy)]
-struct ScatteredQuery<'a> {
-    triangles: &'a Triangles<'a>,
-    origin: Origin,
-    samples: &'a [DVec3],
-    accuracy: Accuracy,
-    any: bool,
+pub(crate) struct ScatteredQuery<'a> {
+    pub(crate) triangles: &'a Triangles<'a>,
+    pub(crate) origin: Origin,
+    pub(crate) samples: &'a [DVec3],
+    pub(crate) accuracy: Accuracy,
+    pub(crate) level: Level,
+    /// Whether any hit will do.
+    pub(crate) any: bool,
 }
 
 /// What stands for all rays of a cluster.
@@ -191,7 +186,7 @@ impl<'a> Cluster<'a> {
 
     /// Tests one triangle against all rays of the cluster.
     pub(crate) fn intersect(&mut self, id: u32, stats: &mut Stats) {
-        let ScatteredQuery { triangles, origin, samples, accuracy, any } = self.query;
+        let ScatteredQuery { triangles, origin, samples, accuracy, any, .. } = self.query;
         let triangle = triangles.triangle(id);
         stats.triangles_set_up += 1;
         let Some(setup) = SpaceSetup::new(origin, &triangle) else {
@@ -241,11 +236,16 @@ impl<'a> Cluster<'a> {
 
     /// Ids and distances in the order of the cluster.
     fn hits(&self) -> (Vec<u32>, Vec<f32>) {
-        let ScatteredQuery { triangles, origin, samples, .. } = self.query;
+        let ScatteredQuery { triangles, origin, samples, level, .. } = self.query;
         let (mut ids, mut ts) =
             (vec![NO_TRIANGLE; self.places.len()], vec![f32::INFINITY; self.places.len()]);
         let ray = |k: usize| origin.ray(samples[self.places[k] as usize]);
-        self.depth.write(0, &mut (&mut ids, &mut ts), origin, triangles, ray);
+        for (eight, row) in ids.chunks_mut(LANES).zip(ts.chunks_mut(LANES)).enumerate() {
+            let (mut row, first) = (row, eight * LANES);
+            dispatch!(level, simd => {
+                self.depth.write(simd, first, &mut row, origin, triangles, |k| ray(first + k))
+            });
+        }
         (ids, ts)
     }
 }

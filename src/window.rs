@@ -51,9 +51,20 @@ impl<'a> Window<'a> {
         windows
     }
 
+    /// The tiles of at most `side` columns and rows, near each other in the order of the list: halves of halves.
+    pub(crate) fn split(self, side: u32, tiles: &mut Vec<Self>) {
+        if self.rect.width() <= side && self.rect.height() <= side {
+            tiles.push(self);
+        } else {
+            let (one, other) = self.halves(side);
+            one.split(side, tiles);
+            other.split(side, tiles);
+        }
+    }
+
     /// The halves left and right of a column, or above and below a row, whichever side is longer, cut at a multiple of
     /// `align` where there is one.
-    pub(crate) fn halves(self, align: u32) -> (Self, Self) {
+    fn halves(self, align: u32) -> (Self, Self) {
         let Rect { x0, y0, x1, y1 } = self.rect;
         let middle = |lo: u32, hi: u32| lo + ((hi - lo) / 2).div_ceil(align) * align;
         if self.rect.width() >= self.rect.height() {

@@ -1,7 +1,7 @@
 //! The engine against the oracle: every id and every bit of t, on small scenes that provoke trouble.
 //!
-//! Each case makes a scene (see [`generators::Kind`]) and asks for general rays, a grid film and a scattered film of a point,
-//! and the same of a direction; by pencils and by the general path; the closest hit and any hit.
+//! Each case makes a scene (see [`generators::Kind`]) and asks for general rays, a grid film and a scattered film of a
+//! point, and the same of a direction; by pencils and by the general path; the closest hit and any hit.
 //!
 //! A longer run prints how many rays and coverage decisions (rays x triangles) it compared; the count is that of cases:
 //!

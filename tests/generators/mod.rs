@@ -1,7 +1,8 @@
 //! Random scenes and rays for the tests, from seeds: each generator provokes one kind of trouble.
 //!
-//! Lattices make coincidences: shared vertices, duplicates, coplanar faces, triangles without area, origins on vertices, edges
-//! and planes, rays exactly through all of them. The others make rounding hard: all magnitudes at once, a far offset, slivers.
+//! Lattices make coincidences: shared vertices, duplicates, coplanar faces, triangles without area, origins on vertices,
+//! edges and planes, rays exactly through all of them. The others make rounding hard: all magnitudes at once, a far offset,
+//! slivers.
 //!
 //! Based on: Guy Steele, Doug Lea, Christine Flood, "Fast Splittable Pseudorandom Number Generators", 2014 (SplitMix64).
 
@@ -12,6 +13,8 @@
 
 use umbel::glam::DVec3;
 use umbel::{GridFilm, Triangles};
+
+pub(crate) mod meshes;
 
 /// SplitMix64.
 pub(crate) struct Random(pub(crate) u64);
