@@ -6,9 +6,7 @@
 use std::path::Path;
 
 use umbel::glam::DVec3;
-use umbel::{
-    Aov, AovData, Array, Camera, Error, Lens, LoadOptions, Options, load, visibility, write_npy,
-};
+use umbel::{Aov, AovData, Array, Camera, Error, Lens, LoadOptions, Options, load, visibility, write_npy};
 
 const WIDTH: u32 = 640;
 const HEIGHT: u32 = 360;
@@ -23,11 +21,8 @@ fn main() -> Result<(), Error> {
 
     // One visibility buffer; everything else is derived from it, and only what is asked for.
     let (seen, _) = visibility(&scene, &camera, &Options::default())?;
-    for (aov, file) in [
-        (Aov::Depth, "depth.npy"),
-        (Aov::Object, "objects.npy"),
-        (Aov::Normal, "normals.npy"),
-    ] {
+    for (aov, file) in [(Aov::Depth, "depth.npy"), (Aov::Object, "objects.npy"), (Aov::Normal, "normals.npy")]
+    {
         let (height, width) = (HEIGHT as usize, WIDTH as usize);
         match seen.derive(aov, &scene)? {
             AovData::U32(ids) => write_npy(Path::new(file), &[height, width], Array::U32(&ids))?,

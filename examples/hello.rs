@@ -5,9 +5,7 @@
 use std::path::Path;
 
 use umbel::glam::DVec3;
-use umbel::{
-    Camera, Error, Lens, Options, Scene, preview, srgb_encode, visibility, write_png_rgb8,
-};
+use umbel::{Camera, Error, Lens, Options, Scene, preview, srgb_encode, visibility, write_png_rgb8};
 
 fn main() -> Result<(), Error> {
     let scene = Scene {

@@ -25,10 +25,7 @@ fn main() -> Result<(), Error> {
         .flat_map(|corners| {
             let [a, b, c] = corners.map(widen);
             let middles = [(a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5];
-            [a, b, c]
-                .into_iter()
-                .chain(middles)
-                .chain([(a + b + c) / 3.0])
+            [a, b, c].into_iter().chain(middles).chain([(a + b + c) / 3.0])
         })
         .collect();
 
@@ -41,18 +38,14 @@ fn main() -> Result<(), Error> {
         let directions = targets.iter().map(|&target| target - origin).collect();
         let pencil = Pencil::new(Origin::Point(origin), vec![Film::Scattered(directions)])?;
         let (hits, _) = closest_hit(&triangles, &pencil, &Options::default())?;
-        let escaped = (0..hits.len())
-            .filter(|&ray| hits.get(ray).is_none())
-            .count();
+        let escaped = (0..hits.len()).filter(|&ray| hits.get(ray).is_none()).count();
         report += &format!("{} rays from {origin}: {escaped} escaped\n", hits.len());
         (rays, leaks) = (rays + hits.len(), leaks + escaped);
     }
     let per_million = leaks as f64 * 1e6 / rays as f64;
     report += &format!("{rays} rays, {per_million} leaks per million\n");
     print!("{report}");
-    write_atomically(Path::new("leaks.txt"), |out| {
-        out.write_all(report.as_bytes())
-    })
+    write_atomically(Path::new("leaks.txt"), |out| out.write_all(report.as_bytes()))
 }
 
 /// A sphere: the icosahedron, its triangles divided at the middles of their edges.
@@ -61,8 +54,7 @@ fn icosphere() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let unit = |p: DVec3| p.normalize().as_vec3().to_array();
     let mut positions = Vec::new();
     for (x, y) in [(-1.0, g), (1.0, g), (-1.0, -g), (1.0, -g)] {
-        positions
-            .extend([[x, y, 0.0], [0.0, x, y], [y, 0.0, x]].map(|p| unit(DVec3::from_array(p))));
+        positions.extend([[x, y, 0.0], [0.0, x, y], [y, 0.0, x]].map(|p| unit(DVec3::from_array(p))));
     }
     let near = |a: u32, b: u32| {
         let [a, b] = [a, b].map(|v| DVec3::from_array(positions[v as usize].map(f64::from)));
@@ -79,8 +71,7 @@ fn icosphere() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         let mut middles = HashMap::new();
         let mut middle = |a: u32, b: u32| {
             *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                let [p, q] =
-                    [a, b].map(|v| DVec3::from_array(positions[v as usize].map(f64::from)));
+                let [p, q] = [a, b].map(|v| DVec3::from_array(positions[v as usize].map(f64::from)));
                 positions.push(unit(p + q));
                 u32::try_from(positions.len() - 1).unwrap_or(u32::MAX)
             })

@@ -29,19 +29,13 @@ fn main() -> Result<(), Error> {
     let places = (0..SIDE * SIDE).map(|k| DVec3::new(place(k % SIDE), HEIGHT, place(k / SIDE)));
     let rays: Vec<Ray> = places
         .flat_map(|place| guards.map(|guard| (place, guard - place)))
-        .map(|(place, way)| Ray {
-            t_max: 1.0,
-            ..Ray::new(place, way)
-        })
+        .map(|(place, way)| Ray { t_max: 1.0, ..Ray::new(place, way) })
         .collect();
     let (blocked, stats) = any_hit(&triangles, rays.as_slice(), &Options::default())?;
 
     let pixels: Vec<u8> = blocked.iter().map(|&b| if b { 25 } else { 240 }).collect();
     let free = blocked.iter().filter(|&&b| !b).count();
     println!("{free} of {} lines of sight are free", rays.len());
-    println!(
-        "{} pairs of a ray and a triangle tested",
-        stats.samples_tested
-    );
+    println!("{} pairs of a ray and a triangle tested", stats.samples_tested);
     write_png_rgb8(Path::new("line_of_sight.png"), SIDE, SIDE, &pixels)
 }

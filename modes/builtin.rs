@@ -54,7 +54,7 @@ pub fn builtin_view(name: &str) -> Option<BuiltinView> {
             eye: [3.75, 2.0, 4.05],
             target: [0.0, 1.04, -0.05],
             up: [0.0, 1.0, 0.0],
-            fov_degrees: 35.0,
+            fov_degrees: 36.0,
             light: [-1.5, 7.0, 3.5],
         },
         Rule::Cornell => BuiltinView {

@@ -101,17 +101,20 @@ impl Camera {
         });
         let radius = half.length();
         let fov = match lens {
-            Lens::Pinhole { fov } => fov,
+            // Angles out of range are refused with the rays; until then the eye must be somewhere.
+            Lens::Pinhole { fov } if fov > 0.0 && fov < 180.0 => fov,
             _ => 45.0,
         };
-        let slope = tan(fov * PI / 360.0);
+        // An angle that is refused later frames as well as any.
+        let slope = if fov > 0.0 && fov < 180.0 { tan(fov * PI / 360.0) } else { 1.0 };
         // The least distance from which each corner lies within the picture.
-        let distance = corners.fold(0.0_f64, |least, p| {
-            let across = (p.dot(right).abs() / aspect).max(p.dot(up).abs());
-            least.max(across / slope - p.dot(forward))
-        });
+        let half_height = |p: &DVec3| (p.dot(right).abs() / aspect).max(p.dot(up).abs());
+        let tallest = corners.clone().map(|p| half_height(&p)).fold(0.0, f64::max);
+        let distance = corners.fold(0.0_f64, |least, p| least.max(half_height(&p) / slope - p.dot(forward)));
         let lens = match lens {
-            Lens::Ortho { .. } => Lens::Ortho { height: 2.0 * radius * FRAME_MARGIN },
+            Lens::Ortho { .. } => {
+                Lens::Ortho { height: if tallest > 0.0 { 2.0 * tallest * FRAME_MARGIN } else { 1.0 } }
+            }
             lens => lens,
         };
         let distance = if matches!(lens, Lens::Ortho { .. }) { 2.0 * radius } else { distance };
@@ -189,7 +192,9 @@ impl Camera {
         let shift = offset.map(|o| f64::from(o) / f64::from(2 * SUBPIXELS));
         let (w, h) = (f64::from(self.width), f64::from(self.height));
         let (mut directions, mut pixels) = (Vec::new(), Vec::new());
-        for pixel in 0..self.width * self.height {
+        let count = u64::from(self.width) * u64::from(self.height);
+        let count = u32::try_from(count).map_err(|_| umbel_core::Error::TooManyRays { rays: count })?;
+        for pixel in 0..count {
             let (i, j) = (f64::from(pixel % self.width) + shift[0], f64::from(pixel / self.width) - shift[1]);
             let direction = match self.lens {
                 Lens::Fisheye { fov } => {

@@ -205,13 +205,13 @@ pub(crate) struct CameraArgs {
     #[arg(long, value_name = "UNITS")]
     height: Option<f64>,
 
-    /// Pixels
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
-    size: (u32, u32),
+    /// Pixels (default 1280x720)
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<(u32, u32)>,
 
-    /// Pixels along one side of a cube face
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=32768))]
-    cube_size: u32,
+    /// Pixels along one side of a cube face (default 1024)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=32768))]
+    cube_size: Option<u32>,
 
     /// The lens
     #[arg(long = "camera", value_enum, default_value = "pinhole")]
@@ -221,8 +221,10 @@ pub(crate) struct CameraArgs {
 impl CameraArgs {
     /// The camera for a scene.
     pub(crate) fn camera(&self, scene: &Scene) -> Result<Camera, Error> {
-        let (width, height) =
-            if self.lens == LensArg::Cube { (self.cube_size, self.cube_size) } else { self.size };
+        let (width, height) = match self.lens {
+            LensArg::Cube => (self.cube_size.unwrap_or(1024), self.cube_size.unwrap_or(1024)),
+            _ => self.size.unwrap_or((1280, 720)),
+        };
         let lens = match self.lens {
             LensArg::Pinhole => Lens::Pinhole { fov: self.fov.unwrap_or(45.0) },
             LensArg::Ortho => Lens::Ortho { height: self.height.unwrap_or(0.0) },
@@ -250,12 +252,24 @@ impl CameraArgs {
 
     /// Refuses options that the lens would ignore.
     fn refuse_useless(&self) -> Result<(), Error> {
-        let lens = self.lens;
-        if self.fov.is_some() && !matches!(lens, LensArg::Pinhole | LensArg::Fisheye) {
-            return Err(Error::Usage("--fov goes with --camera pinhole or fisheye".into()));
-        }
-        if self.height.is_some() && lens != LensArg::Ortho {
-            return Err(Error::Usage("--height goes with --camera ortho".into()));
+        let (lens, cube) = (self.lens, self.lens == LensArg::Cube);
+        let angle = matches!(lens, LensArg::Pinhole | LensArg::Fisheye);
+        let useless = [
+            (self.fov.is_some() && !angle, "--fov goes with --camera pinhole or fisheye"),
+            (self.height.is_some() && lens != LensArg::Ortho, "--height goes with --camera ortho"),
+            (
+                self.cube_size.is_some() && !cube,
+                "--cube-size goes with --camera cube; the others take --size",
+            ),
+            (self.size.is_some() && cube, "--camera cube takes --cube-size, not --size"),
+            (
+                self.target.is_some() && cube,
+                "--camera cube looks along the world's axes: it takes no --target",
+            ),
+            (self.up.is_some() && cube, "--camera cube looks along the world's axes: it takes no --up"),
+        ];
+        if let Some((_, why)) = useless.iter().find(|(useless, _)| *useless) {
+            return Err(Error::Usage((*why).into()));
         }
         Ok(())
     }

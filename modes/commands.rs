@@ -1,17 +1,18 @@
 //! The verbs of the command line: each reads a scene, runs the library, and writes what it was asked for.
 
+use std::collections::HashSet;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use umbel::{
-    Aov, AovData, Array, Camera, Channel, Error, LoadOptions, Samples, Scene, Stats, VisibilityBuffer, info,
-    load, preview, srgb_encode, verify, visibility, write_exr, write_npy, write_png_rgb8,
+    Aov, AovData, Array, Camera, Channel, Error, Lens, LoadOptions, Samples, Scene, Stats, VisibilityBuffer,
+    info, load, preview, srgb_encode, verify, visibility, write_exr, write_npy, write_png_rgb8,
 };
 
 use crate::cli::{Common, InfoArgs, RenderArgs, VerifyArgs};
-use crate::report::{Report, Times, timed};
+use crate::report::{Report, Times, kibibytes, timed};
 
 /// Reads a scene and says what was noticed.
 fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
@@ -78,6 +79,7 @@ pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
 
 /// Where the picture goes: `-o`, or umbel.png where nothing at all was asked for.
 fn output_of(args: &RenderArgs) -> Result<Option<PathBuf>, Error> {
+    refuse_collisions(args)?;
     let Some(output) = &args.output else {
         if let Some((aov, _)) = args.aovs.iter().find(|(_, file)| file.is_none()) {
             let name = format!("{aov:?}").to_ascii_lowercase();
@@ -99,22 +101,49 @@ fn output_of(args: &RenderArgs) -> Result<Option<PathBuf>, Error> {
     Ok(Some(output.clone()))
 }
 
+/// Refuses two outputs under one name, and one channel given twice.
+fn refuse_collisions(args: &RenderArgs) -> Result<(), Error> {
+    let files = args.aovs.iter().filter_map(|(_, file)| file.as_ref()).chain(&args.output);
+    let mut seen = HashSet::new();
+    if let Some(file) = files.into_iter().find(|file| !seen.insert(*file)) {
+        return Err(Error::Usage(format!("{}: two outputs have this name", file.display())));
+    }
+    let mut channels = HashSet::new();
+    let twice = args.aovs.iter().find(|(aov, file)| file.is_none() && !channels.insert(*aov));
+    twice.map_or(Ok(()), |(aov, _)| {
+        Err(Error::Usage(format!("--aov {} is given twice", format!("{aov:?}").to_ascii_lowercase())))
+    })
+}
+
 /// The extension in lower case.
 fn extension(path: &Path) -> String {
     path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_ascii_lowercase()
 }
 
-/// Stops before the start when the forecast exceeds `--max-memory`.
+/// Stops before the start when the forecast exceeds `--max-memory`, or else what the machine has left.
 fn check_memory(scene: &Scene, camera: &Camera, common: &Common) -> Result<(), Error> {
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
-    // Hits 8, preview 12 and its sum 12, bytes of the picture 3, the widest derived image 12; triangles 6 and the scene's own 24.
-    let forecast = pixels * 47 + scene.triangles.len() as u64 * 30;
-    match common.max_memory {
-        Some(limit) if forecast > limit => Err(Error::Limit(format!(
-            "about {forecast} bytes are needed beyond the scene, more than --max-memory {limit}; use a smaller --size"
-        ))),
-        _ => Ok(()),
+    // Hits 8, preview 12 and its sum 12, bytes of the picture 3, the widest derived image 12.
+    let flat = 47;
+    // Lenses that bend straight lines keep a direction and a pixel per ray, and their order.
+    let bent = matches!(camera.lens, Lens::Equirect | Lens::Fisheye { .. });
+    let forecast = pixels * if bent { flat + 36 } else { flat } + scene.triangles.len() as u64 * 6;
+    let remedy = if camera.lens == Lens::Cube { "--cube-size" } else { "--size" };
+    let (limit, name) = match common.max_memory {
+        Some(limit) => (limit, "--max-memory"),
+        None => (available_bytes().unwrap_or(u64::MAX), "the memory that is left,"),
+    };
+    if forecast > limit {
+        return Err(Error::Limit(format!(
+            "about {forecast} bytes are needed, more than {name} {limit}; use a smaller {remedy}"
+        )));
     }
+    Ok(())
+}
+
+/// What the system can give without swapping, where it tells (Linux).
+fn available_bytes() -> Option<u64> {
+    kibibytes("/proc/meminfo", "MemAvailable:")
 }
 
 /// A bar over passes: on stderr, on a terminal, and only when there is more than one.
@@ -197,7 +226,7 @@ impl Picture<'_> {
     fn shape(&self, data: &AovData) -> Vec<usize> {
         let (width, rows) = (self.camera.width as usize, self.camera.rows() as usize);
         let mut shape =
-            if self.camera.lens == umbel::Lens::Cube { vec![6, width, width] } else { vec![rows, width] };
+            if self.camera.lens == Lens::Cube { vec![6, width, width] } else { vec![rows, width] };
         if let AovData::F32(numbers @ 2.., _) = data {
             shape.push(*numbers);
         }

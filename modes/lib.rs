@@ -65,7 +65,7 @@ pub use scene::{Material, NO_INDEX, Object, Scene};
 pub use camera::{CUBE_FACES, Camera, Lens, Shot};
 pub use info::{Info, info};
 pub use primary::{Aov, AovData, VisibilityBuffer, preview, visibility};
-pub use verify::{Mark, Verification, verify};
+pub use verify::{Mark, Verification, verify, verify_buffer};
 
 pub use exr_file::{Channel, Samples, read_exr, write_exr};
 pub use npy::{Array, write_npy};

@@ -15,6 +15,7 @@ pub struct LoadOptions {
 ///
 /// # Errors
 /// When there is no such file or scene, its format is not read, or its content cannot be taken.
+#[cfg_attr(not(feature = "obj"), expect(unused_variables, reason = "only readers of files take options"))]
 pub fn load(name: &str, options: LoadOptions) -> Result<Scene, Error> {
     if let Some(rule) = name.strip_prefix("builtin:") {
         return builtin(rule);

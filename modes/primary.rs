@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 use umbel_core::{Hit, Hits, NO_TRIANGLE, Options, Ray, Stats, Triangles, closest_hit};
 
-use crate::camera::{Camera, Shot};
+use crate::camera::{Camera, Lens, Shot};
 use crate::shade::{Shader, background};
 use crate::{Error, Scene};
 
@@ -160,13 +160,16 @@ impl VisibilityBuffer {
     /// The linear preview of one pass.
     fn shade(&self, shader: &Shader<'_>, camera: &Camera) -> Vec<f32> {
         let width = camera.width as usize;
-        let rows = camera.rows() as usize;
+        let (rows, up) = (camera.rows() as usize, camera.up.normalize_or_zero());
         let of_ray = |k: usize| {
-            let pixel = self.shot.pixels.as_ref().map_or(k, |pixels| pixels[k] as usize);
-            let height = (pixel / width) as f32 / rows as f32;
+            let ray = self.shot.pencil.ray(k);
             match self.hits.get(k) {
-                Some(hit) => shader.shade(&self.shot.pencil.ray(k), &hit, camera.up),
-                None => background(height),
+                Some(hit) => shader.shade(&ray, &hit, camera.up),
+                None if matches!(camera.lens, Lens::Pinhole { .. } | Lens::Ortho { .. }) => {
+                    background((k / width) as f32 / rows as f32)
+                }
+                // All around, the sky is where the ray points.
+                None => background((0.5 - 0.5 * ray.direction.normalize_or_zero().dot(up)) as f32),
             }
         };
         let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();

@@ -39,6 +39,8 @@ impl<'a> Shader<'a> {
         let flat = if flat.dot(viewer) < 0.0 { -flat } else { flat };
         let normal =
             self.interpolated_normal(ray, hit).map_or(flat, |n| if n.dot(flat) < 0.0 { -n } else { n });
+        // Seen from behind its own surface, an interpolated normal says nothing.
+        let normal = if normal.dot(viewer) > 0.0 { normal } else { flat };
         let headlight = normal.dot(viewer).max(0.0);
         let sky = (1.0 + normal.dot(up.normalize_or_zero())) * 0.5;
         let albedo = self.albedo(hit.id.0);
@@ -67,7 +69,7 @@ impl<'a> Shader<'a> {
     }
 }
 
-/// The background at a height from 0 (upper edge) to 1 (lower edge).
+/// The background from 0 (above) to 1 (below).
 pub(crate) fn background(height: f32) -> [f32; 3] {
     [0, 1, 2].map(|k| BACKGROUND[0][k] + (BACKGROUND[1][k] - BACKGROUND[0][k]) * height)
 }

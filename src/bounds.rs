@@ -5,6 +5,8 @@
 //! Based on: Timothy Kay and James Kajiya, "Ray Tracing Complex Scenes", 1986 (slabs); Thiago Ize, "Robust BVH Ray
 //! Traversal", 2013 (rounding).
 
+use std::cmp::Ordering;
+
 use glam::DVec3;
 
 use crate::Ray;
@@ -35,10 +37,7 @@ impl Aabb {
     pub fn of_points(points: impl IntoIterator<Item = [f32; 3]>) -> Self {
         let mut bounds = Self::EMPTY;
         for p in points {
-            for k in 0..3 {
-                bounds.lo[k] = if p[k] < bounds.lo[k] { p[k] } else { bounds.lo[k] };
-                bounds.hi[k] = if p[k] > bounds.hi[k] { p[k] } else { bounds.hi[k] };
-            }
+            bounds = bounds.union(Self { lo: p, hi: p });
         }
         bounds
     }
@@ -112,6 +111,7 @@ impl Aabb {
             enter = if near > enter { near } else { enter };
             leave = if far < leave { far } else { leave };
         }
-        !(enter > leave)
+        // NaN keeps the box.
+        enter.partial_cmp(&leave) != Some(Ordering::Greater)
     }
 }

@@ -143,10 +143,10 @@ fn split(x: f64) -> (f64, f64) {
 /// The exact determinant x·(y×z) of three exact vectors.
 pub(crate) fn triple_product(x: &[Expansion; 3], y: &[Expansion; 3], z: &[Expansion; 3]) -> Expansion {
     let mut sum = Expansion::of(0.0);
-    for k in 0..3 {
+    for (k, x) in x.iter().enumerate() {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let minor = y[i].times(&z[j]).minus(&y[j].times(&z[i]));
-        sum = sum.plus(&x[k].times(&minor));
+        sum = sum.plus(&x.times(&minor));
     }
     sum.compressed()
 }

@@ -2,7 +2,7 @@
 //!
 //! A grid film holds the rays d = F + X·R + Y·U (origin at a point), or the start points p = F + X·R + Y·U (origin at
 //! infinity), with X = 2i + 1 − W and Y = H − 1 − 2j for pixel (i, j). F, R and U are rounded once to multiples of
-//! q = 2^(⌈log₂ M⌉ − 52), M = max_k(|F_k| + max|X|·|R_k| + max|Y|·|U_k|): then every partial result is a multiple of q below
+//! q = 2^(⌈log₂ M⌉ − 52), M = max_k(|F_k| + W|R_k| + H|U_k|) (W and H times the subpixels): then every partial result is a multiple of q below
 //! 2⁵³q, so f64 is exact, with or without fused operations. That ray is the truth on every path.
 //!
 //! Based on: Marc Olano and Trey Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997 (the film as
@@ -93,12 +93,10 @@ impl GridFilm {
         self.rounded_to(START_GRID_EXPONENT)
     }
 
-    /// ⌈log₂(|F_k| + max|X|·|R_k| + max|Y|·|U_k|)⌉, exactly; `None` for zero.
+    /// ⌈log₂(|F_k| + W|R_k| + H|U_k|)⌉, exactly; `None` for zero.
     fn magnitude_exponent(&self, k: usize) -> Option<i32> {
-        let (x, y) = (
-            self.x(0).abs().max(self.x(self.width - 1).abs()),
-            self.y(0).abs().max(self.y(self.height - 1).abs()),
-        );
+        let x = f64::from(self.subpixels) * f64::from(self.width);
+        let y = f64::from(self.subpixels) * f64::from(self.height);
         let sum = Expansion::of(self.forward[k].abs())
             .plus(&Expansion::of(self.right[k].abs()).scaled(x))
             .plus(&Expansion::of(self.up[k].abs()).scaled(y));

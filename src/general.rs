@@ -115,7 +115,7 @@ impl Query<'_> {
             return stats;
         }
         if self.terminates(rays.len(), objects.len()) {
-            return stats.add(self.leaf(rays, objects));
+            return stats.plus(self.leaf(rays, objects));
         }
 
         let axis = bounds.longest_axis();
@@ -135,7 +135,7 @@ impl Query<'_> {
             let mut one = || self.recurse(one, left, &left_box);
             let mut other = || self.recurse(other, right, &right_box);
             let (one, other) = if parallel { rayon::join(one, other) } else { (one(), other()) };
-            stats = stats.add(one).add(other);
+            stats = stats.plus(one).plus(other);
         }
         stats
     }

@@ -87,6 +87,10 @@ pub(crate) fn facing(ray: &Ray, triangle: &Triangle) -> Sign {
 
 /// The sign of the edge function of a→b, ties broken: never zero unless the triangle is dropped anyway.
 fn edge_sign(ray: &Ray, a: DVec3, b: DVec3, ties: Ties) -> Sign {
+    // Mostly only one of the three edges is in doubt.
+    if let Some(sign) = Cross::of(a - ray.origin, b - a).dot(ray.direction).sign() {
+        return sign;
+    }
     match exact_edge_sign(ray, a, b) {
         Sign::Zero => tie_sign(ray, a, b, ties),
         sign => sign,

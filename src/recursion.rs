@@ -49,7 +49,7 @@ pub(crate) fn intersect(
         Film::Scattered(samples) => (samples.len() as u32, 1),
     });
     for (film, window) in pencil.films().iter().zip(Window::over(hits, sizes)) {
-        stats = stats.add(match film {
+        stats = stats.plus(match film {
             Film::Grid(film) => {
                 let Some(projection) = Projection::new(pencil.origin(), film.span()) else {
                     continue;
@@ -84,7 +84,7 @@ fn split_film(query: FilmQuery<'_>, runs: &Runs, window: Window<'_>) -> Stats {
                 stats
             },
         )
-        .reduce(Stats::default, Stats::add)
+        .reduce(Stats::default, Stats::plus)
 }
 
 /// A set of rays that one bound stands for.

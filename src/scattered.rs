@@ -50,7 +50,7 @@ pub(crate) fn intersect(query: ScatteredQuery<'_>, runs: &Runs, mut window: Wind
         return stats;
     };
     for (places, (ids, ts, cluster)) in order.chunks(CLUSTER).zip(clusters) {
-        stats = stats.add(cluster);
+        stats = stats.plus(cluster);
         for (&place, (id, t)) in places.iter().zip(ids.into_iter().zip(ts)) {
             all_ids[place as usize] = id;
             all_ts[place as usize] = t;
@@ -124,6 +124,7 @@ pub(crate) struct ScatteredQuery<'a> {
 
 /// What stands for all rays of a cluster.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one per cluster of 256 rays, on the stack")]
 enum Bound {
     Cone(Cone),
     Frustum(Frustum),

@@ -205,6 +205,8 @@ impl<S: Simd> Product<S> {
 /// c, x, y and the error of evaluating them within `reach`.
 #[inline(always)]
 fn affine<S: Simd>(c: Product<S>, x: Product<S>, y: Product<S>, reach: [f64; 2]) -> [[f64; LANES]; 4] {
+    // A reach of zero times an infinite error would be NaN, and minima of depths pass over NaN.
+    let reach = reach.map(|reach| reach.max(1.0));
     let coefficients = c.error + x.error * reach[0] + y.error * reach[1];
     let size = c.value.abs() + x.value.abs() * reach[0] + y.value.abs() * reach[1];
     let error = (coefficients + size * AFFINE_ERROR) * BOUND_SLACK;

@@ -1,6 +1,6 @@
 //! Counters of one query. They explain where the time went; they depend on threads and are no output.
 
-/// What a query did. Returned by value; sums with [`Stats::add`].
+/// What a query did. Returned by value; sums with [`Stats::plus`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Stats {
     /// Steps of the recursion.
@@ -30,7 +30,7 @@ pub struct Stats {
 impl Stats {
     /// The sum of two parts of a query. Bytes add up, as both parts live at the same time.
     #[must_use]
-    pub fn add(self, other: Self) -> Self {
+    pub fn plus(self, other: Self) -> Self {
         let (mut sum, others) = (self, other.counters());
         for (counter, (_, count)) in sum.counters_mut().into_iter().zip(others) {
             *counter += count;

@@ -6,6 +6,8 @@
 //!
 //! Based on: section 5 of the design (culls).
 
+#![expect(clippy::print_stdout, reason = "with --nocapture the counts are the result")]
+
 mod generators;
 mod oracle;
 
@@ -39,10 +41,7 @@ fn box_at(ray: &Ray, t: f64, shape: [usize; 3], extent: [f64; 3]) -> Option<Aabb
         let (o, d) = (ray.origin[k], ray.direction[k]);
         let exact = Dyadic::from_f64(o).plus(&Dyadic::from_f64(t).times(&Dyadic::from_f64(d)));
         let (lo, hi) = neighbours(&exact, o + t * d)?;
-        let (below, above) = (
-            (f64::from(lo) - extent[k]) as f32,
-            (f64::from(hi) + extent[k]) as f32,
-        );
+        let (below, above) = ((f64::from(lo) - extent[k]) as f32, (f64::from(hi) + extent[k]) as f32);
         (bounds.lo[k], bounds.hi[k]) = match shape[k] {
             0 => (lo, hi),
             1 => (lo, above),
@@ -83,10 +82,7 @@ fn check(random: &mut Random, ray: &Ray, size: f64, enter: impl Fn(&Aabb) -> Opt
             continue;
         };
         let entered = enter(&bounds);
-        assert!(
-            entered.is_some_and(|least| least <= t),
-            "{entered:?} for t = {t} of {ray:?} in {bounds:?}"
-        );
+        assert!(entered.is_some_and(|least| least <= t), "{entered:?} for t = {t} of {ray:?} in {bounds:?}");
         checked += 1;
     }
     checked
@@ -104,16 +100,8 @@ fn any_film(random: &mut Random, at_infinity: bool) -> (Origin, Option<GridFilm>
     let u = (f / size).cross(r) * random.pick(&[1.0, 1e-3, 1e3]);
     let [w, h] = [(); 2].map(|()| random.pick(&[1, 2, 3, 8, 64, 1921]));
     let scale = 1.0 / f64::from(w.max(h));
-    let (origin, base) = if at_infinity {
-        (Origin::Infinity(f), point)
-    } else {
-        (Origin::Point(point), f)
-    };
-    (
-        origin,
-        GridFilm::new(w, h, base, r * scale, u * scale).ok(),
-        size,
-    )
+    let (origin, base) = if at_infinity { (Origin::Infinity(f), point) } else { (Origin::Point(point), f) };
+    (origin, GridFilm::new(w, h, base, r * scale, u * scale).ok(), size)
 }
 
 #[test]
@@ -123,8 +111,7 @@ fn frusta_keep_what_their_rays_touch() {
     for round in 0..60_000 {
         let at_infinity = round % 2;
         let (origin, film, size) = any_film(&mut random, at_infinity == 1);
-        let Some((frustum, ray)) = film.and_then(|film| frustum_and_ray(&mut random, origin, film))
-        else {
+        let Some((frustum, ray)) = film.and_then(|film| frustum_and_ray(&mut random, origin, film)) else {
             continue;
         };
         checked[at_infinity] += check(&mut random, &ray, size, |b| frustum.enter(b));
@@ -156,10 +143,7 @@ fn cones_keep_what_their_rays_touch() {
 
 /// A small box around a point.
 fn small_box(p: DVec3, radius: f64) -> Aabb {
-    Aabb {
-        lo: p.to_array().map(|x| (x - radius) as f32),
-        hi: p.to_array().map(|x| (x + radius) as f32),
-    }
+    Aabb { lo: p.to_array().map(|x| (x - radius) as f32), hi: p.to_array().map(|x| (x + radius) as f32) }
 }
 
 #[test]
@@ -181,18 +165,10 @@ fn frusta_drop_what_lies_clearly_outside() {
             let t = 0.5 + random.unit().abs() * 4.0;
             let radius = 1e-3 * t;
             let inside = small_box(at(-16.0, -16.0, t), radius);
-            assert!(
-                frustum
-                    .enter(&inside)
-                    .is_some_and(|e| e <= t && e > t * 0.9)
-            );
-            for (x, y, t) in [
-                (3.0, -16.0, t),
-                (-35.0, -16.0, t),
-                (-16.0, 3.0, t),
-                (-16.0, -35.0, t),
-                (-16.0, -16.0, -t),
-            ] {
+            assert!(frustum.enter(&inside).is_some_and(|e| e <= t && e > t * 0.9));
+            for (x, y, t) in
+                [(3.0, -16.0, t), (-35.0, -16.0, t), (-16.0, 3.0, t), (-16.0, -35.0, t), (-16.0, -16.0, -t)]
+            {
                 let bounds = small_box(at(x, y, t), radius);
                 assert_eq!(frustum.enter(&bounds), None, "{origin:?} {x} {y} {t}");
             }
@@ -205,9 +181,8 @@ fn cones_drop_what_lies_clearly_outside() {
     let mut random = Random(4);
     for _ in 0..5000 {
         let (apex, axis) = (random.cube() * 10.0, random.cube().normalize());
-        let directions: Vec<DVec3> = (0..20)
-            .map(|_| (axis + random.cube() * 0.1) * random.pick(&[1.0, 2.0]))
-            .collect();
+        let directions: Vec<DVec3> =
+            (0..20).map(|_| (axis + random.cube() * 0.1) * random.pick(&[1.0, 2.0])).collect();
         let cone = Cone::around(apex, &directions);
         let inside = small_box(apex + axis * 5.0, 0.01);
         assert!(cone.enter(&inside).is_some_and(|t| t > 2.0 && t < 5.0));

@@ -11,6 +11,8 @@
 //!
 //! Based on: section 5 of the design; Herbert Edelsbrunner and Ernst Mücke, "Simulation of Simplicity", 1990.
 
+#![expect(clippy::print_stdout, reason = "with --nocapture the counts are the result")]
+
 mod generators;
 mod oracle;
 
@@ -18,9 +20,7 @@ use generators::{KINDS, Kind, Mesh, Random};
 use oracle::{Dyadic, OracleRay, Ties};
 use proptest::prelude::*;
 use umbel::glam::DVec3;
-use umbel::{
-    Film, GridFilm, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays, any_hit, closest_hit,
-};
+use umbel::{Film, GridFilm, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays, any_hit, closest_hit};
 
 /// What was compared.
 #[derive(Debug, Clone, Copy, Default)]
@@ -53,10 +53,7 @@ fn compare(mesh: &Mesh, rays: Rays<'_>) -> Tally {
         .collect();
     let geometry = mesh.geometry();
     for path in [Path::Pencil, Path::General] {
-        let options = Options {
-            path,
-            ..Options::default()
-        };
+        let options = Options { path, ..Options::default() };
         let (hits, _) = closest_hit(&geometry, rays, &options).expect("rays in range");
         let (any, _) = any_hit(&geometry, rays, &options).expect("rays in range");
         assert_eq!((hits.len(), any.len()), (expected.len(), expected.len()));
@@ -97,11 +94,7 @@ fn general_rays(random: &mut Random, kind: Kind, mesh: &Mesh, count: usize) -> V
         let direction = generators::direction(random, kind, mesh, origin);
         let mut ray = Ray::new(origin, direction);
         // Towards a feature t = 1 is exactly, or nearly, at a hit; the oracle's rounded t is near any.
-        let near = oracle::closest(
-            &mesh.positions,
-            &mesh.triangles,
-            &oracle_ray(&ray, Ties::Direction),
-        );
+        let near = oracle::closest(&mesh.positions, &mesh.triangles, &oracle_ray(&ray, Ties::Direction));
         let near = near.map_or(0.75, |(_, t)| f64::from(t));
         match random.below(6) {
             0 => ray.t_max = 1.0,
@@ -120,9 +113,7 @@ fn general_rays(random: &mut Random, kind: Kind, mesh: &Mesh, count: usize) -> V
 fn point_pencil(random: &mut Random, kind: Kind, mesh: &Mesh, count: usize) -> Option<Pencil> {
     let eye = generators::eye(random, kind, mesh);
     let grid = generators::film(random, kind, mesh, eye)?;
-    let scattered = (0..count)
-        .map(|_| generators::direction(random, kind, mesh, eye))
-        .collect();
+    let scattered = (0..count).map(|_| generators::direction(random, kind, mesh, eye)).collect();
     let films = vec![Film::Grid(grid), Film::Scattered(scattered)];
     Pencil::new(Origin::Point(eye), films).ok()
 }
@@ -148,14 +139,10 @@ fn case(seed: u64, kind: Kind) -> Tally {
     let most = random.pick(&[1, 4, 16, 60]);
     let mesh = generators::scene(&mut random, kind, most);
     let count = if kind == Kind::Mixed { 12 } else { 40 };
-    let mut tally = compare(
-        &mesh,
-        Rays::General(&general_rays(&mut random, kind, &mesh, count)),
-    );
-    for pencil in [
-        point_pencil(&mut random, kind, &mesh, count),
-        infinity_pencil(&mut random, kind, &mesh, count),
-    ] {
+    let mut tally = compare(&mesh, Rays::General(&general_rays(&mut random, kind, &mesh, count)));
+    for pencil in
+        [point_pencil(&mut random, kind, &mesh, count), infinity_pencil(&mut random, kind, &mesh, count)]
+    {
         if let Some(pencil) = pencil {
             tally.add(compare(&mesh, Rays::Pencil(&pencil)));
         }
@@ -319,11 +306,7 @@ fn rays_of_films_are_exact() {
 fn a_doubtful_hit_hides_nothing() {
     let eye = DVec3::new(0.0, 2_f64.powi(-60), 0.0);
     let d = DVec3::new(1.0, 1.0 - 2_f64.powi(-50), 0.0);
-    let plane = [
-        DVec3::new(-4.0, -4.0, -3.0),
-        DVec3::new(5.0, 5.0, -3.0),
-        DVec3::new(0.0, 0.0, 7.0),
-    ];
+    let plane = [DVec3::new(-4.0, -4.0, -3.0), DVec3::new(5.0, 5.0, -3.0), DVec3::new(0.0, 0.0, 7.0)];
     let nearer = |x: f64| [[x, -1.0, -1.0], [x, 1.0, -1.0], [x, 0.0, 1.0]].map(DVec3::from_array);
     for (w, h) in [(1, 1), (1, 3), (3, 1), (2, 2)] {
         for first in [true, false] {

@@ -20,10 +20,7 @@ const PICTURES: [(&str, &str); 9] = [
         "umbel-close",
         "builtin:umbel --size 320x180 --samples 16 --eye 0.9,1.4,1 --target 0.3,2.1,0.2 --fov 60",
     ),
-    (
-        "umbel-ortho",
-        "builtin:umbel --size 320x180 --camera ortho --samples 4",
-    ),
+    ("umbel-ortho", "builtin:umbel --size 320x180 --camera ortho --samples 4"),
     ("cornell", "builtin:cornell --size 180x180 --samples 4"),
     (
         "cornell-equirect",
@@ -33,10 +30,7 @@ const PICTURES: [(&str, &str); 9] = [
         "cornell-fisheye",
         "builtin:cornell --camera fisheye --size 180x180 --eye 278,273,100 --target 278,200,500 --samples 4",
     ),
-    (
-        "cornell-cube",
-        "builtin:cornell --camera cube --cube-size 64 --eye 278,273,150",
-    ),
+    ("cornell-cube", "builtin:cornell --camera cube --cube-size 64 --eye 278,273,150"),
     ("cornell-outside", "builtin:cornell --size 320x180"),
 ];
 
@@ -61,10 +55,7 @@ fn compare(name: &str, got: &Picture, golden: &Path, evidence: &Path) -> Option<
     } else {
         let expected = read(golden);
         if (got.0, got.1) != (expected.0, expected.1) {
-            format!(
-                "{}x{} pixels instead of {}x{}",
-                got.0, got.1, expected.0, expected.1
-            )
+            format!("{}x{} pixels instead of {}x{}", got.0, got.1, expected.0, expected.1)
         } else if got.2 == expected.2 {
             return None;
         } else {
@@ -72,25 +63,13 @@ fn compare(name: &str, got: &Picture, golden: &Path, evidence: &Path) -> Option<
             let image = evidence.join(format!("{name}-difference.png"));
             write_png_rgb8(&image, got.0, got.1, &apart).expect("written");
             let pixels = apart.chunks(3).filter(|p| *p != [0; 3]).count();
-            let most = got
-                .2
-                .iter()
-                .zip(&expected.2)
-                .map(|(a, b)| a.abs_diff(*b))
-                .max();
+            let most = got.2.iter().zip(&expected.2).map(|(a, b)| a.abs_diff(*b)).max();
             let most = most.unwrap_or(0);
-            format!(
-                "{pixels} pixels differ, by up to {most}: {}",
-                image.display()
-            )
+            format!("{pixels} pixels differ, by up to {most}: {}", image.display())
         }
     };
     write_png_rgb8(&new, got.0, got.1, &got.2).expect("written");
-    Some(format!(
-        "{name}: {problem}\n    new: {}\n    old: {}\n",
-        new.display(),
-        golden.display()
-    ))
+    Some(format!("{name}: {problem}\n    new: {}\n    old: {}\n", new.display(), golden.display()))
 }
 
 #[test]
@@ -110,10 +89,7 @@ fn pictures_are_the_golden_ones() {
             problems += &problem;
         }
     }
-    assert!(
-        problems.is_empty(),
-        "\n{problems}UMBEL_BLESS=1 takes the new ones"
-    );
+    assert!(problems.is_empty(), "\n{problems}UMBEL_BLESS=1 takes the new ones");
 }
 
 #[test]
@@ -126,10 +102,7 @@ fn a_changed_pixel_is_noticed() {
     assert_eq!(compare("a", &got, &golden, &evidence), None);
     got.2[301] ^= 3;
     let told = compare("a", &got, &golden, &evidence).expect("a difference");
-    assert!(
-        told.contains("1 pixels differ, by up to 3") || told.contains("by up to 1"),
-        "{told}"
-    );
+    assert!(told.contains("1 pixels differ, by up to 3") || told.contains("by up to 1"), "{told}");
     let (_, _, apart) = read(&evidence.join("a-difference.png"));
     assert_eq!(apart.iter().filter(|&&d| d > 0).count(), 1);
     assert_eq!(read(&evidence.join("a.png")), got);

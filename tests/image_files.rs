@@ -3,13 +3,11 @@
 use std::fs;
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage,
-    f16,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage, f16,
 };
 use tempfile::TempDir;
 use umbel::{
-    Channel, Error, Samples, read_exr, read_png_rgb8, srgb_encode, write_exr, write_png_rgb8,
-    write_png_rgba8,
+    Channel, Error, Samples, read_exr, read_png_rgb8, srgb_encode, write_exr, write_png_rgb8, write_png_rgba8,
 };
 
 /// A directory of its own for each test.
@@ -38,9 +36,7 @@ fn channel(name: &str, samples: Samples) -> Channel {
 
 /// Depth, ids and a normal of an image, with the values that are easily lost.
 fn channels(width: usize, height: usize) -> Vec<Channel> {
-    let mut depth: Vec<f32> = (0..width * height)
-        .map(|i| 1.0 / (i as f32 + 1.0))
-        .collect();
+    let mut depth: Vec<f32> = (0..width * height).map(|i| 1.0 / (i as f32 + 1.0)).collect();
     let mut ids: Vec<u32> = (0..).take(width * height).collect();
     depth[0] = f32::INFINITY;
     ids[0] = u32::MAX;
@@ -184,11 +180,7 @@ fn images_that_are_none_are_input_errors() {
     let home = directory();
     let (exr, png) = (home.path().join("a.exr"), home.path().join("a.png"));
     let code = |error: Error| error.exit_code();
-    for content in [
-        &b""[..],
-        b"not an image at all",
-        b"\x76\x2f\x31\x01\x02\x00\x00\x00",
-    ] {
+    for content in [&b""[..], b"not an image at all", b"\x76\x2f\x31\x01\x02\x00\x00\x00"] {
         fs::write(&exr, content).expect("made");
         fs::write(&png, content).expect("made");
         assert_eq!(read_exr(&exr).map_err(code), Err(3));
@@ -216,11 +208,7 @@ fn files_cut_short_are_input_errors() {
 /// The sRGB transfer function as the standard has it.
 fn srgb_reference(linear: f32) -> u8 {
     let x = f64::from(linear).clamp(0.0, 1.0);
-    let s = if x <= 0.003_130_8 {
-        12.92 * x
-    } else {
-        1.055 * libm::pow(x, 1.0 / 2.4) - 0.055
-    };
+    let s = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::pow(x, 1.0 / 2.4) - 0.055 };
     (255.0 * s).round() as u8
 }
 
@@ -233,11 +221,7 @@ fn srgb_agrees_with_the_standard() {
     // Around every change of the code: its place in f64, and the f32 on both sides.
     for code in 0..255 {
         let s = (f64::from(code) + 0.5) / 255.0;
-        let x = if s <= 0.040_45 {
-            s / 12.92
-        } else {
-            libm::pow((s + 0.055) / 1.055, 2.4)
-        };
+        let x = if s <= 0.040_45 { s / 12.92 } else { libm::pow((s + 0.055) / 1.055, 2.4) };
         let middle = (x as f32).to_bits();
         for x in (middle - 200..middle + 200).map(f32::from_bits) {
             assert_eq!(srgb_encode(x), srgb_reference(x), "{x:e}");
@@ -249,15 +233,7 @@ fn srgb_agrees_with_the_standard() {
 
 #[test]
 fn srgb_clamps() {
-    for dark in [
-        f32::NAN,
-        -f32::NAN,
-        f32::NEG_INFINITY,
-        -1.0,
-        -0.0,
-        0.0,
-        1e-45,
-    ] {
+    for dark in [f32::NAN, -f32::NAN, f32::NEG_INFINITY, -1.0, -0.0, 0.0, 1e-45] {
         assert_eq!(srgb_encode(dark), 0, "{dark}");
     }
     for bright in [1.0, 1.000_000_1, f32::MAX, f32::INFINITY] {

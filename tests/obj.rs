@@ -20,10 +20,7 @@ fn folder(files: &[(&str, &[u8])]) -> TempDir {
 
 fn try_read(text: impl AsRef<[u8]>, drop_non_finite: bool) -> Result<Scene, Error> {
     let folder = folder(&[("scene.obj", text.as_ref())]);
-    read_obj(
-        &folder.path().join("scene.obj"),
-        &ObjOptions { drop_non_finite },
-    )
+    read_obj(&folder.path().join("scene.obj"), &ObjOptions { drop_non_finite })
 }
 
 fn read(text: impl AsRef<[u8]>) -> Scene {
@@ -31,22 +28,14 @@ fn read(text: impl AsRef<[u8]>) -> Scene {
 }
 
 fn read_with_mtl(text: &str, library: &str) -> Scene {
-    let folder = folder(&[
-        ("scene.obj", text.as_bytes()),
-        ("a.mtl", library.as_bytes()),
-    ]);
+    let folder = folder(&[("scene.obj", text.as_bytes()), ("a.mtl", library.as_bytes())]);
     read_obj(&folder.path().join("scene.obj"), &ObjOptions::default()).unwrap()
 }
 
 /// The line and the problem of a refused file, whose remedy is checked to be a sentence.
 fn refusal(text: impl AsRef<[u8]>) -> (Option<u64>, String) {
     match try_read(text, false) {
-        Err(Error::Input {
-            path,
-            line,
-            problem,
-            remedy,
-        }) => {
+        Err(Error::Input { path, line, problem, remedy }) => {
             assert_eq!(path.file_name().unwrap(), "scene.obj");
             assert!(remedy.len() > 10 && remedy.ends_with('.'), "{remedy}");
             (line, problem)
@@ -56,10 +45,7 @@ fn refusal(text: impl AsRef<[u8]>) -> (Option<u64>, String) {
 }
 
 fn assert_warned(scene: &Scene, words: &[&str]) {
-    let found = scene
-        .warnings
-        .iter()
-        .any(|warning| words.iter().all(|word| warning.contains(word)));
+    let found = scene.warnings.iter().any(|warning| words.iter().all(|word| warning.contains(word)));
     assert!(found, "{words:?} in {:?}", scene.warnings);
 }
 
@@ -79,14 +65,7 @@ fn positions_are_those_of_the_file_in_its_order() {
     // Unused, repeated and later ones as well; colours and weights beside them.
     let text = "v 9 9 9\nv 0 0 0 1 0 0\nv 2 0 0\nf 4 2 3\nv 0 2 0 0.5 0.5\nv 2 4 6 2\nv 0 0 0\n";
     let scene = read(text);
-    let expected = [
-        [9., 9., 9.],
-        [0., 0., 0.],
-        [2., 0., 0.],
-        [0., 2., 0.],
-        [1., 2., 3.],
-        [0., 0., 0.],
-    ];
+    let expected = [[9., 9., 9.], [0., 0., 0.], [2., 0., 0.], [0., 2., 0.], [1., 2., 3.], [0., 0., 0.]];
     assert_eq!(scene.positions, expected);
     assert_eq!(scene.triangles, [[3, 1, 2]]);
     assert_eq!(scene.name, "scene");
@@ -101,25 +80,10 @@ fn order_holds_beyond_one_polygon_of_the_preamble() {
     }
     text.push_str("f 2500/5000/1 1/1/2500 1001/2001/1000\n");
     let scene = read(text);
-    assert_eq!(
-        (scene.positions.len(), scene.uvs.len(), scene.normals.len()),
-        (2500, 5000, 2500)
-    );
-    assert!(
-        (0u16..)
-            .zip(&scene.positions)
-            .all(|(i, position)| position[0] == f32::from(i))
-    );
-    assert!(
-        (0u16..)
-            .zip(&scene.uvs)
-            .all(|(i, uv)| uv[1] == f32::from(i / 2))
-    );
-    assert!(
-        (0u16..)
-            .zip(&scene.normals)
-            .all(|(i, normal)| normal[0] == f32::from(i))
-    );
+    assert_eq!((scene.positions.len(), scene.uvs.len(), scene.normals.len()), (2500, 5000, 2500));
+    assert!((0u16..).zip(&scene.positions).all(|(i, position)| position[0] == f32::from(i)));
+    assert!((0u16..).zip(&scene.uvs).all(|(i, uv)| uv[1] == f32::from(i / 2)));
+    assert!((0u16..).zip(&scene.normals).all(|(i, normal)| normal[0] == f32::from(i)));
     assert_eq!(scene.triangles, [[2499, 0, 1000]]);
     assert_eq!(scene.uv_indices, [[4999, 0, 2000]]);
     assert_eq!(scene.normal_indices, [[0, 2499, 999]]);
@@ -128,19 +92,11 @@ fn order_holds_beyond_one_polygon_of_the_preamble() {
 #[test]
 fn missing_normals_and_texture_coordinates_are_no_index() {
     let fields = "vt 0.25 0.5\nvt 0.75\nvn 0 0 1\n";
-    let scene = read(format!(
-        "{CORNERS}{fields}f 1/2 2//1 3\nf 1/1/1 2/2/1 3/-1/-1\nf 1 2 3\n"
-    ));
+    let scene = read(format!("{CORNERS}{fields}f 1/2 2//1 3\nf 1/1/1 2/2/1 3/-1/-1\nf 1 2 3\n"));
     assert_eq!(scene.uvs, [[0.25, 0.5], [0.75, 0.0]]);
     assert_eq!(scene.normals, [[0.0, 0.0, 1.0]]);
-    assert_eq!(
-        scene.uv_indices,
-        [[1, NO_INDEX, NO_INDEX], [0, 1, 1], [NO_INDEX; 3]]
-    );
-    assert_eq!(
-        scene.normal_indices,
-        [[NO_INDEX, 0, NO_INDEX], [0, 0, 0], [NO_INDEX; 3]]
-    );
+    assert_eq!(scene.uv_indices, [[1, NO_INDEX, NO_INDEX], [0, 1, 1], [NO_INDEX; 3]]);
+    assert_eq!(scene.normal_indices, [[NO_INDEX, 0, NO_INDEX], [0, 0, 0], [NO_INDEX; 3]]);
     let unused = read(format!("{CORNERS}{fields}f 1 2 3\n"));
     assert!(unused.uv_indices.is_empty() && unused.normal_indices.is_empty());
     let dangling = read(format!("{CORNERS}f 1//1 2//2 3//3\n"));
@@ -162,43 +118,28 @@ fn polygons_are_cut_by_ear_clipping() {
 
 #[test]
 fn negative_indices_count_back_from_their_line() {
-    let scene = read(format!(
-        "{CORNERS}f -3 -2 -1\n{CORNERS}f -3 -2 -1\nf 1 -1 +2\n"
-    ));
+    let scene = read(format!("{CORNERS}f -3 -2 -1\n{CORNERS}f -3 -2 -1\nf 1 -1 +2\n"));
     assert_eq!(scene.triangles, [[0, 1, 2], [3, 4, 5], [0, 5, 1]]);
 }
 
 #[test]
 fn lines_are_joined_and_comments_skipped() {
-    let text = "\u{feff}# C:\\models\\\nv 0 0 \\\n  0 # corner\n\tv 1 0 0\r\nv 0 1 0\rf 1 \\\r\n 2 \\\n 3 #f\n";
+    let text =
+        "\u{feff}# C:\\models\\\nv 0 0 \\\n  0 # corner\n\tv 1 0 0\r\nv 0 1 0\rf 1 \\\r\n 2 \\\n 3 #f\n";
     let scene = read(text);
     assert_eq!(scene.positions, [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]]);
     assert_eq!(scene.triangles, [[0, 1, 2]]);
     // Line numbers count the file's lines, joined or not.
     assert_eq!(refusal("v 0 0 \\\n0\n\nv 1 0\n").0, Some(4));
     // Comments and names need not be UTF-8.
-    let scene = read(
-        [
-            b"# caf\xe9\no caf\xe9\n".as_slice(),
-            CORNERS.as_bytes(),
-            b"f 1 2 3",
-        ]
-        .concat(),
-    );
+    let scene = read([b"# caf\xe9\no caf\xe9\n".as_slice(), CORNERS.as_bytes(), b"f 1 2 3"].concat());
     assert_eq!(scene.objects[0].name, "caf\u{fffd}");
 }
 
 #[test]
 fn what_is_not_text_is_refused() {
-    let utf16: Vec<u8> = "v 0 0 0\n"
-        .encode_utf16()
-        .flat_map(u16::to_le_bytes)
-        .collect();
-    assert!(
-        refusal([b"\xff\xfe".as_slice(), &utf16].concat())
-            .1
-            .contains("UTF-16")
-    );
+    let utf16: Vec<u8> = "v 0 0 0\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    assert!(refusal([b"\xff\xfe".as_slice(), &utf16].concat()).1.contains("UTF-16"));
     assert!(refusal(b"\xfe\xff\0v").1.contains("UTF-16"));
     assert!(refusal(b"glTF\x02\0\0\0").1.contains("binary"));
     let missing = read_obj(&PathBuf::from("no/such.obj"), &ObjOptions::default());
@@ -207,16 +148,7 @@ fn what_is_not_text_is_refused() {
 
 #[test]
 fn what_cannot_be_parsed_is_refused_with_its_line() {
-    for bad in [
-        "v 1 2",
-        "v 1 2 x",
-        "v 0,5 1 2",
-        "v 1 2 3 0",
-        "vt",
-        "vn 1 2",
-        "f 1 2 x",
-        "f 1/1/1/1 2 3",
-    ] {
+    for bad in ["v 1 2", "v 1 2 x", "v 0,5 1 2", "v 1 2 3 0", "vt", "vn 1 2", "f 1 2 x", "f 1/1/1/1 2 3"] {
         let (line, problem) = refusal(format!("{CORNERS}\n{bad}\nf 1 2 3\n"));
         assert_eq!(line, Some(5), "{bad}: {problem}");
     }
@@ -227,17 +159,9 @@ fn indices_out_of_range_are_refused_with_their_line() {
     let fields = "vt 0 0\nvn 0 0 1\n";
     let huge = "f 1 2 99999999999999999999";
     let wraps = "f 1/-9223372036854775808 2 3";
-    for bad in [
-        "f 0 1 2",
-        "f 1 2 4",
-        "f -4 1 2",
-        "f 1/0 2 3",
-        "f 1/2 2 3",
-        "f 1//0 2 3",
-        "f 1//-2 2 3",
-        huge,
-        wraps,
-    ] {
+    for bad in
+        ["f 0 1 2", "f 1 2 4", "f -4 1 2", "f 1/0 2 3", "f 1/2 2 3", "f 1//0 2 3", "f 1//-2 2 3", huge, wraps]
+    {
         let (line, problem) = refusal(format!("{CORNERS}{fields}f 1 2 3\n{bad}\nf 1 2 3\no end\n"));
         assert_eq!(line, Some(7), "{bad}: {problem}");
         assert!(problem.contains("index"), "{problem}");
@@ -249,8 +173,7 @@ fn indices_out_of_range_are_refused_with_their_line() {
 #[test]
 fn positions_that_are_not_finite_are_refused_or_dropped() {
     for bad in ["nan", "-inf", "1e39", "1.#QNAN", "-nan(ind)"] {
-        let text =
-            format!("{CORNERS}f 1 2 3\n# before\nv 1 \\\n 1 {bad}\nf 2 4 3\nf 3 1 2 4\nf 2 3 1\n");
+        let text = format!("{CORNERS}f 1 2 3\n# before\nv 1 \\\n 1 {bad}\nf 2 4 3\nf 3 1 2 4\nf 2 3 1\n");
         let (line, problem) = refusal(&text);
         assert_eq!(line, Some(6), "{bad}");
         assert!(problem.contains("vertex 4"), "{problem}");
@@ -260,9 +183,7 @@ fn positions_that_are_not_finite_are_refused_or_dropped() {
         assert_eq!(scene.triangles, [[0, 1, 2], [1, 2, 0]]);
         assert_warned(&scene, &["not finite: 1", "left out with them: 3"]);
     }
-    let scene = read(format!(
-        "{CORNERS}vn nan 0 0\nvt 0 inf\nf 1/1/1 2/1/1 3/1/1\n"
-    ));
+    let scene = read(format!("{CORNERS}vn nan 0 0\nvt 0 inf\nf 1/1/1 2/1/1 3/1/1\n"));
     assert_eq!((scene.normals[0], scene.uvs[0]), ([0.0; 3], [0.0; 2]));
     assert_warned(&scene, &["normals", "not finite"]);
 }
@@ -277,14 +198,7 @@ fn elements_without_area_are_left_out_and_counted() {
 #[test]
 fn files_without_triangles_are_empty_scenes() {
     let scene = read("");
-    assert_eq!(
-        (
-            scene.positions.len(),
-            scene.triangles.len(),
-            scene.objects.len()
-        ),
-        (0, 0, 0)
-    );
+    assert_eq!((scene.positions.len(), scene.triangles.len(), scene.objects.len()), (0, 0, 0));
     assert_warned(&scene, &["empty"]);
     let cloud = read("vn 0 0 1\nv 1 2 3\nvn 0 1 0\nv 4 5 6\n");
     assert_eq!(cloud.positions, [[1., 2., 3.], [4., 5., 6.]]);
@@ -301,11 +215,8 @@ fn objects_groups_and_materials_partition_the_triangles() {
     );
     let library = "newmtl blue\nKd 0 0 1\nnewmtl red\nKd 1 0.5 0\n";
     let scene = read_with_mtl(&text, library);
-    let found: Vec<_> = scene
-        .objects
-        .iter()
-        .map(|o| (o.name.as_str(), o.triangles.clone(), o.material))
-        .collect();
+    let found: Vec<_> =
+        scene.objects.iter().map(|o| (o.name.as_str(), o.triangles.clone(), o.material)).collect();
     let expected = [
         ("", 0..1, None),
         ("Cube #1", 1..3, None),
@@ -315,10 +226,7 @@ fn objects_groups_and_materials_partition_the_triangles() {
     ];
     assert_eq!(found, expected);
     assert_eq!(scene.materials.len(), 1);
-    assert_eq!(
-        (scene.materials[0].name.as_str(), scene.materials[0].diffuse),
-        ("red", [1.0, 0.5, 0.0])
-    );
+    assert_eq!((scene.materials[0].name.as_str(), scene.materials[0].diffuse), ("red", [1.0, 0.5, 0.0]));
     assert_eq!(scene.object_of(6), Some(3));
     assert_warned(&scene, &["no library", "`none`"]);
 }
@@ -343,14 +251,7 @@ fn a_malformed_library_is_a_warning() {
         text.push_str(&format!("usemtl {name}\nf 1 2 3\n"));
     }
     let scene = read_with_mtl(&text, library);
-    assert_eq!(
-        scene
-            .materials
-            .iter()
-            .map(|m| m.name.as_str())
-            .collect::<Vec<_>>(),
-        uses
-    );
+    assert_eq!(scene.materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), uses);
     let diffuse: Vec<_> = scene.materials.iter().map(|m| m.diffuse).collect();
     assert_eq!(diffuse, [[0.5; 3], [0.8; 3], [1.0, 0.0, 0.25], [0.8; 3]]);
     assert_eq!(scene.warnings.len(), 3, "{:?}", scene.warnings);
@@ -359,10 +260,7 @@ fn a_malformed_library_is_a_warning() {
     // A library that is no text, or no file.
     let scene = read_with_mtl(&format!("mtllib a.mtl\n{CORNERS}f 1 2 3\n"), "P\0NG");
     assert_warned(&scene, &["a.mtl", "binary"]);
-    assert_warned(
-        &read(format!("mtllib .\n{CORNERS}f 1 2 3\n")),
-        &["not a file"],
-    );
+    assert_warned(&read(format!("mtllib .\n{CORNERS}f 1 2 3\n")), &["not a file"]);
 }
 
 #[test]
@@ -373,19 +271,10 @@ fn one_statement_may_name_several_libraries() {
         "mtllib a.mtl b.mtl\nmtllib my own.mtl\n{CORNERS}usemtl blue\nf 1 2 3\nusemtl own\nf 1 2 3\n"
     );
     let own = "newmtl own\nKd 0 1 0\n".as_bytes();
-    let files = [
-        ("scene.obj", text.as_bytes()),
-        ("a.mtl", red),
-        ("b.mtl", blue),
-        ("my own.mtl", own),
-    ];
+    let files = [("scene.obj", text.as_bytes()), ("a.mtl", red), ("b.mtl", blue), ("my own.mtl", own)];
     let folder = folder(&files);
     let scene = read_obj(&folder.path().join("scene.obj"), &ObjOptions::default()).unwrap();
-    let diffuse: Vec<_> = scene
-        .materials
-        .iter()
-        .map(|material| material.diffuse)
-        .collect();
+    let diffuse: Vec<_> = scene.materials.iter().map(|material| material.diffuse).collect();
     assert_eq!(diffuse, [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]);
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
 }

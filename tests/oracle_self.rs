@@ -12,9 +12,7 @@ mod oracle;
 use std::collections::HashMap;
 
 use num_bigint::BigInt;
-use oracle::{
-    Dyadic, OracleRay, Scaled, Ties, any, closest, covers, grid_ray, grid_start, hit_in, round_t,
-};
+use oracle::{Dyadic, OracleRay, Scaled, Ties, any, closest, covers, grid_ray, grid_start, hit_in, round_t};
 
 const BOTH: [Ties; 2] = [Ties::Direction, Ties::Origin];
 
@@ -49,13 +47,7 @@ impl Random {
 }
 
 fn ray(origin: [f64; 3], direction: [f64; 3], ties: Ties) -> OracleRay {
-    OracleRay {
-        origin,
-        direction,
-        t_min: 0.0,
-        t_max: f64::INFINITY,
-        ties,
-    }
+    OracleRay { origin, direction, t_min: 0.0, t_max: f64::INFINITY, ties }
 }
 
 /// How many triangles the ray hits.
@@ -114,10 +106,7 @@ fn covers_by_rule(tri: [[i64; 3]; 3], o: [i64; 3], d: [i64; 3], ties: Ties) -> (
     };
     let [p, q, r] = edges.map(sign);
     let behind = dot(minus(a, o), n).signum() != dot(d, n).signum();
-    (
-        p == q && q == r && !behind,
-        edges.iter().any(|(e, _)| *e == 0),
-    )
+    (p == q && q == r && !behind, edges.iter().any(|(e, _)| *e == 0))
 }
 
 #[test]
@@ -141,10 +130,7 @@ fn the_rule_of_the_first_component_is_the_move_by_epsilon() {
             tied += usize::from(expected && tie);
         }
     }
-    assert!(
-        covered > 3_000 && tied > 1_000,
-        "{covered} covered, {tied} by a tie"
-    );
+    assert!(covered > 3_000 && tied > 1_000, "{covered} covered, {tied} by a tie");
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -159,11 +145,7 @@ fn square(axis: usize, other_diagonal: bool, flip: bool) -> [[[f32; 3]; 3]; 2] {
         p
     };
     let [a, b, c, d] = [at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)];
-    if flip {
-        [[a, c, b], [a, c, d]]
-    } else {
-        [[a, b, c], [a, c, d]]
-    }
+    if flip { [[a, c, b], [a, c, d]] } else { [[a, b, c], [a, c, d]] }
 }
 
 #[test]
@@ -214,16 +196,7 @@ fn a_tie_goes_where_the_shift_points() {
 #[test]
 fn a_fan_vertex_belongs_to_one_triangle() {
     // Rim points all around the axis, so that every half plane is met; not all at one height.
-    let ring = [
-        (4, 0),
-        (3, 2),
-        (0, 5),
-        (-2, 2),
-        (-4, 0),
-        (-3, -3),
-        (0, -4),
-        (1, -1),
-    ];
+    let ring = [(4, 0), (3, 2), (0, 5), (-2, 2), (-4, 0), (-3, -3), (0, -4), (1, -1)];
     for case in 0..12 {
         let (axis, ties) = (case % 3, BOTH[case / 3 % 2]);
         let lift = if case / 6 == 0 { 0 } else { 1 };
@@ -237,11 +210,7 @@ fn a_fan_vertex_belongs_to_one_triangle() {
                 p
             })
             .collect();
-        for (from, to) in [
-            ([0.0, 0.0], [0.0, 0.0]),
-            ([1.0, -0.5], [0.0, 0.0]),
-            ([1.0, 0.5], [2.0, 1.0]),
-        ] {
+        for (from, to) in [([0.0, 0.0], [0.0, 0.0]), ([1.0, -0.5], [0.0, 0.0]), ([1.0, 0.5], [2.0, 1.0])] {
             let mut o = [16.0; 3];
             let mut target = [0.0; 3];
             for k in 0..2 {
@@ -250,11 +219,7 @@ fn a_fan_vertex_belongs_to_one_triangle() {
             }
             let real = ray(o, combine(target, -1.0, o), ties);
             let fan = (0..8).map(|i| [[0.0; 3], rim[i], rim[(i + 1) % 8]]);
-            assert_eq!(
-                fan.filter(|t| covers(*t, &real)).count(),
-                1,
-                "{rim:?} {real:?}"
-            );
+            assert_eq!(fan.filter(|t| covers(*t, &real)).count(), 1, "{rim:?} {real:?}");
         }
     }
 }
@@ -263,12 +228,7 @@ fn a_fan_vertex_belongs_to_one_triangle() {
 // Closed meshes.
 
 fn tetrahedron() -> Mesh {
-    let positions = vec![
-        [1.0, 1.0, 1.0],
-        [1.0, -1.0, -1.0],
-        [-1.0, 1.0, -1.0],
-        [-1.0, -1.0, 1.0],
-    ];
+    let positions = vec![[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
     (positions, vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
 }
 
@@ -280,9 +240,7 @@ fn octahedron() -> Mesh {
             p
         })
         .collect();
-    let triangles = (0..8)
-        .map(|i| [i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2)])
-        .collect();
+    let triangles = (0..8).map(|i| [i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2)]).collect();
     (positions, triangles)
 }
 
@@ -291,11 +249,7 @@ fn subdivided((mut positions, triangles): Mesh) -> Mesh {
     let mut middles = HashMap::new();
     let mut middle = |a: u32, b: u32| {
         *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
-            let sum = combine(
-                wide(positions[a as usize]),
-                1.0,
-                wide(positions[b as usize]),
-            );
+            let sum = combine(wide(positions[a as usize]), 1.0, wide(positions[b as usize]));
             let length = (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]).sqrt();
             positions.push(sum.map(|k| ((k / length * 1024.0).round() / 1024.0) as f32));
             u32::try_from(positions.len()).unwrap() - 1
@@ -318,10 +272,7 @@ fn meshes() -> [Mesh; 4] {
 fn marks((positions, triangles): &Mesh) -> Vec<[f64; 3]> {
     let mut marks: Vec<_> = positions.iter().map(|p| wide(*p)).collect();
     for t in triangles {
-        for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]
-            .iter()
-            .filter(|(a, b)| a < b)
-        {
+        for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].iter().filter(|(a, b)| a < b) {
             let [a, b] = [a, b].map(|v| wide(positions[*v as usize]));
             marks.push(combine(a, -0.5, combine(a, -1.0, b)));
         }
@@ -331,12 +282,7 @@ fn marks((positions, triangles): &Mesh) -> Vec<[f64; 3]> {
 
 #[test]
 fn a_ray_from_inside_leaves_once() {
-    let origins = [
-        [0.0; 3],
-        [0.125, 0.0, 0.0],
-        [0.0625, -0.03125, 0.125],
-        [0.0, 0.125, -0.125],
-    ];
+    let origins = [[0.0; 3], [0.125, 0.0, 0.0], [0.0625, -0.03125, 0.125], [0.0, 0.125, -0.125]];
     for mesh in meshes() {
         for (target, o) in marks(&mesh).iter().flat_map(|m| origins.map(|o| (*m, o))) {
             for ties in BOTH {
@@ -354,14 +300,7 @@ fn a_ray_from_inside_leaves_once() {
 
 #[test]
 fn a_ray_from_outside_hits_an_even_number() {
-    let directions = [
-        [1, 0, 0],
-        [0, 0, -1],
-        [1, 1, 0],
-        [0, -1, 1],
-        [1, -1, 1],
-        [3, 1, -2],
-    ];
+    let directions = [[1, 0, 0], [0, 0, -1], [1, 1, 0], [0, -1, 1], [1, -1, 1], [3, 1, -2]];
     let mut silhouettes = 0;
     for mesh in meshes() {
         for target in marks(&mesh) {
@@ -372,19 +311,13 @@ fn a_ray_from_outside_hits_an_even_number() {
                     assert_eq!(count % 2, 0, "{count} {real:?}");
                     silhouettes += usize::from(count == 0);
                     // Backwards from the same place there is nothing.
-                    let back = OracleRay {
-                        direction: d.map(|k| -k),
-                        ..real
-                    };
+                    let back = OracleRay { direction: d.map(|k| -k), ..real };
                     assert_eq!(hits(&mesh, &back), 0, "{real:?}");
                 }
             }
         }
     }
-    assert!(
-        silhouettes > 0,
-        "no ray slipped past: the shift does nothing"
-    );
+    assert!(silhouettes > 0, "no ray slipped past: the shift does nothing");
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -399,10 +332,7 @@ fn edge_on_and_degenerate_triangles_are_dropped() {
         // All corners on a line, or in a point, on the ray.
         let line = [[-1.0, 0.0, 0.0], [0.0; 3], [1.0, 0.0, 0.0]];
         assert!(!covers(line, &ray([0.0, 0.0, 1.0], [0.0, 0.0, -1.0], ties)));
-        assert!(!covers(
-            [[0.0; 3]; 3],
-            &ray([0.0, 0.0, 1.0], [0.0, 0.0, -1.0], ties)
-        ));
+        assert!(!covers([[0.0; 3]; 3], &ray([0.0, 0.0, 1.0], [0.0, 0.0, -1.0], ties)));
     }
 }
 
@@ -410,27 +340,14 @@ fn edge_on_and_degenerate_triangles_are_dropped() {
 fn a_triangle_that_contains_the_origin_is_never_hit() {
     let tri = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]];
     for ties in BOTH {
-        for o in [
-            [0.0; 3],
-            [0.0, -1.0, 0.0],
-            [-1.0, -1.0, 0.0],
-            [7.0, 0.0, 0.0],
-        ] {
-            for d in [
-                [0.0, 0.0, 1.0],
-                [0.0, 0.0, -1.0],
-                [1.0, 2.0, 1.0],
-                [-1.0, 0.0, 0.0],
-            ] {
+        for o in [[0.0; 3], [0.0, -1.0, 0.0], [-1.0, -1.0, 0.0], [7.0, 0.0, 0.0]] {
+            for d in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 2.0, 1.0], [-1.0, 0.0, 0.0]] {
                 assert!(!covers(tri, &ray(o, d, ties)));
             }
         }
         let least = f64::from(f32::from_bits(1));
         assert!(covers(tri, &ray([0.0, 0.0, least], [0.0, 0.0, -1.0], ties)));
-        assert!(!covers(
-            tri,
-            &ray([0.0, 0.0, -least], [0.0, 0.0, -1.0], ties)
-        ));
+        assert!(!covers(tri, &ray([0.0, 0.0, -least], [0.0, 0.0, -1.0], ties)));
     }
 }
 
@@ -457,15 +374,9 @@ fn nearer_wins_by_exact_distance() {
     let triangles = [[0, 1, 2], [3, 4, 5], [6, 7, 8]];
     for ties in BOTH {
         let right = ray([-(2f64.powi(100)), 0.0, 0.0], [1.0, 0.0, 0.0], ties);
-        assert_eq!(
-            closest(&positions, &triangles, &right),
-            Some((1, 2f32.powi(100)))
-        );
+        assert_eq!(closest(&positions, &triangles, &right), Some((1, 2f32.powi(100))));
         let left = ray([2f64.powi(100), 0.0, 0.0], [-1.0, 0.0, 0.0], ties);
-        assert_eq!(
-            closest(&positions, &triangles, &left),
-            Some((2, 2f32.powi(100)))
-        );
+        assert_eq!(closest(&positions, &triangles, &left), Some((2, 2f32.powi(100))));
     }
 }
 
@@ -474,11 +385,7 @@ fn the_range_of_t_is_open() {
     let positions = [[-1.0, -1.0, 3.0], [1.0, -1.0, 3.0], [0.0, 1.0, 3.0]];
     let seen = |t_min, t_max| {
         BOTH.map(|ties| {
-            let real = OracleRay {
-                t_min,
-                t_max,
-                ..ray([0.0; 3], [0.0, 0.0, 2.0], ties)
-            };
+            let real = OracleRay { t_min, t_max, ..ray([0.0; 3], [0.0, 0.0, 2.0], ties) };
             let found = closest(&positions, &[[0, 1, 2]], &real);
             assert_eq!(found.is_some(), any(&positions, &[[0, 1, 2]], &real));
             assert!(found.is_none() || found == Some((0, 1.5)));
@@ -507,10 +414,7 @@ fn t_is_rounded_as_f32_division_rounds() {
         assert_eq!(round(f64::from(a), f64::from(b)), expected, "{a:e} / {b:e}");
         // A power of two divides exactly, so that f64 to f32 is the only rounding.
         let x = f64::from(a) + f64::from(b);
-        assert_eq!(
-            round(x * 8.0, 8.0),
-            (x as f32).clamp(f32::from_bits(1), f32::MAX)
-        );
+        assert_eq!(round(x * 8.0, 8.0), (x as f32).clamp(f32::from_bits(1), f32::MAX));
     }
     let (two, least) = (2f64.powi(24), 2f64.powi(-149));
     for (n, d, expected) in [
@@ -582,18 +486,11 @@ fn narrow_integers_are_used_only_where_they_fit() {
         widths[usize::from(points.bits + direction.bits > 126)] += 1;
         for ties in BOTH {
             let wide = hit_in::<BigInt>(&points, &direction, ties);
-            assert_eq!(
-                covers(tri, &ray(o, d, ties)),
-                wide.is_some(),
-                "{tri:?} {o:?} {d:?}"
-            );
+            assert_eq!(covers(tri, &ray(o, d, ties)), wide.is_some(), "{tri:?} {o:?} {d:?}");
             covered += usize::from(wide.is_some());
         }
     }
-    assert!(
-        covered > 1_000 && widths.iter().all(|n| *n > 500),
-        "{covered} {widths:?}"
-    );
+    assert!(covered > 1_000 && widths.iter().all(|n| *n > 500), "{covered} {widths:?}");
 }
 
 #[test]
@@ -602,22 +499,11 @@ fn extreme_exponents_change_nothing() {
     let (positions, triangles) = subdivided(octahedron());
     for (k, j) in [(-139, -200), (126, 150), (100, 0), (-100, 60)] {
         let (s, z) = (2f64.powi(k), 2f64.powi(j));
-        let scaled: Vec<_> = positions
-            .iter()
-            .map(|p| p.map(|x| (f64::from(x) * s) as f32))
-            .collect();
+        let scaled: Vec<_> = positions.iter().map(|p| p.map(|x| (f64::from(x) * s) as f32)).collect();
         for target in marks(&(positions.clone(), triangles.clone())) {
             for ties in BOTH {
-                let near = ray(
-                    [0.125, 0.0, 0.0],
-                    combine(target, -1.0, [0.125, 0.0, 0.0]),
-                    ties,
-                );
-                let far = ray(
-                    near.origin.map(|x| x * s),
-                    near.direction.map(|x| x * z),
-                    ties,
-                );
+                let near = ray([0.125, 0.0, 0.0], combine(target, -1.0, [0.125, 0.0, 0.0]), ties);
+                let far = ray(near.origin.map(|x| x * s), near.direction.map(|x| x * z), ties);
                 let (id, t) = closest(&positions, &triangles, &near).unwrap();
                 let scaled_t = (f64::from(t) * (s / z)) as f32;
                 let expected = Some((id, scaled_t.clamp(f32::from_bits(1), f32::MAX)));
@@ -698,30 +584,19 @@ fn speed() {
         println!("{name}: {:.2} M/s, {count} hits", decisions / seconds / 1e6);
     };
     let [.., sphere] = meshes();
-    let lattice: Vec<_> = marks(&sphere)
-        .iter()
-        .map(|m| ray([0.0; 3], *m, Ties::Direction))
-        .collect();
+    let lattice: Vec<_> = marks(&sphere).iter().map(|m| ray([0.0; 3], *m, Ties::Direction)).collect();
     measure("marks of the sphere (ties)", &sphere, &lattice);
     let mut soup = |size: f64, n: u32| -> Mesh {
         let positions = (0..n).flat_map(|_| {
             let centre = random.cube();
             [(); 3].map(|()| combine(centre, size, random.cube()).map(|k| k as f32))
         });
-        (
-            positions.collect(),
-            (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
-        )
+        (positions.collect(), (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
     };
-    let scenes = [
-        ("large triangles", soup(1.0, 1000)),
-        ("small triangles", soup(0.05, 1000)),
-    ];
+    let scenes = [("large triangles", soup(1.0, 1000)), ("small triangles", soup(0.05, 1000))];
     for (name, mesh) in &scenes {
         for ties in BOTH {
-            let rays: Vec<_> = (0..300)
-                .map(|_| ray(random.cube(), random.cube(), ties))
-                .collect();
+            let rays: Vec<_> = (0..300).map(|_| ray(random.cube(), random.cube(), ties)).collect();
             measure(&format!("{name}, random f64 rays, {ties:?}"), mesh, &rays);
         }
     }

@@ -15,9 +15,8 @@ fn directory() -> TempDir {
 /// The names in a directory, sorted.
 fn names(directory: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(directory).expect("a directory");
-    let mut names: Vec<PathBuf> = entries
-        .map(|entry| PathBuf::from(entry.expect("an entry").file_name()))
-        .collect();
+    let mut names: Vec<PathBuf> =
+        entries.map(|entry| PathBuf::from(entry.expect("an entry").file_name())).collect();
     names.sort();
     names
 }
@@ -183,14 +182,7 @@ fn split_npy(path: &Path) -> (String, Vec<u8>) {
 fn npy_is_little_endian_in_c_order() {
     let home = directory();
     let path = home.path().join("a.npy");
-    let floats = [
-        1.0,
-        -0.0,
-        f32::INFINITY,
-        f32::from_bits(0x7fc0_1234),
-        1e-45,
-        2.5,
-    ];
+    let floats = [1.0, -0.0, f32::INFINITY, f32::from_bits(0x7fc0_1234), 1e-45, 2.5];
     write_npy(&path, &[2, 1, 3], Array::F32(&floats)).expect("written");
     let (header, data) = split_npy(&path);
     assert!(header.contains("'descr':'<f4'"), "{header}");

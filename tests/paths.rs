@@ -6,14 +6,16 @@
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
 //! 2011; analytic scenes as in Matt Pharr, Wenzel Jakob, Greg Humphreys, "Physically Based Rendering", 2023.
 
+#![expect(clippy::print_stdout, reason = "with --nocapture the counts are the result")]
+
 mod generators;
 
 use generators::Mesh;
 use generators::meshes::{cube, sphere};
 use umbel::glam::DVec3;
 use umbel::{
-    Camera, Film, GridFilm, Hits, Lens, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays,
-    Scene, Stats, Triangles, any_hit, builtin, builtin_view, closest_hit,
+    Camera, Film, GridFilm, Hits, Lens, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays, Scene, Stats,
+    Triangles, any_hit, builtin, builtin_view, closest_hit,
 };
 
 const LENSES: [Lens; 5] = [
@@ -25,10 +27,7 @@ const LENSES: [Lens; 5] = [
 ];
 
 fn options(path: Path) -> Options {
-    Options {
-        path,
-        ..Options::default()
-    }
+    Options { path, ..Options::default() }
 }
 
 /// Ids and bits of t.
@@ -40,18 +39,11 @@ fn bits(hits: &Hits) -> Vec<(u32, u32)> {
 /// Checks that both paths and both verbs agree, and returns the hits with the statistics of both paths.
 fn agree(triangles: &Triangles<'_>, pencil: &Pencil) -> (Hits, [Stats; 2]) {
     let (hits, stats) = closest_hit(triangles, pencil, &options(Path::Pencil)).expect("in range");
-    let (general, general_stats) =
-        closest_hit(triangles, pencil, &options(Path::General)).expect("in range");
-    let differing = bits(&hits)
-        .iter()
-        .zip(bits(&general))
-        .position(|(a, b)| *a != b);
+    let (general, general_stats) = closest_hit(triangles, pencil, &options(Path::General)).expect("in range");
+    let differing = bits(&hits).iter().zip(bits(&general)).position(|(a, b)| *a != b);
     if let Some(ray) = differing {
         let (one, other) = (hits.get(ray), general.get(ray));
-        panic!(
-            "ray {ray}: {one:?}, general {other:?}: {:?}",
-            pencil.ray(ray)
-        );
+        panic!("ray {ray}: {one:?}, general {other:?}: {:?}", pencil.ray(ray));
     }
     for path in [Path::Pencil, Path::General] {
         let (any, _) = any_hit(triangles, pencil, &options(path)).expect("in range");
@@ -66,19 +58,10 @@ fn camera(scene: &str, lens: Lens, width: u32, height: u32) -> Camera {
     let view = builtin_view(scene).expect("a built-in scene");
     let [eye, target, up] = [view.eye, view.target, view.up].map(DVec3::from_array);
     let lens = match lens {
-        Lens::Ortho { .. } => Lens::Ortho {
-            height: (eye - target).length() * 0.7,
-        },
+        Lens::Ortho { .. } => Lens::Ortho { height: (eye - target).length() * 0.7 },
         lens => lens,
     };
-    Camera {
-        eye,
-        target,
-        up,
-        lens,
-        width,
-        height,
-    }
+    Camera { eye, target, up, lens, width, height }
 }
 
 fn pencil_of(scene: &str, lens: Lens, width: u32, height: u32) -> Pencil {
@@ -101,9 +84,7 @@ fn paths_agree_through_all_lenses() {
             for (width, height) in [(1, 1), (65, 63), (300, 2)] {
                 let pencil = pencil_of(name, lens, width, height);
                 let (hits, _) = agree(&geometry(&scene), &pencil);
-                hit += (0..hits.len())
-                    .filter(|&ray| hits.get(ray).is_some())
-                    .count();
+                hit += (0..hits.len()).filter(|&ray| hits.get(ray).is_some()).count();
             }
             assert!(hit > 30, "{name} {lens:?}: {hit} hits");
         }
@@ -128,10 +109,7 @@ fn threads_change_nothing() {
                 let one = run(1);
                 assert!(one.iter().any(|&(id, _)| id != NO_TRIANGLE));
                 for threads in [2, 7] {
-                    assert!(
-                        run(threads) == one,
-                        "{name} {lens:?} {path:?} {threads} threads"
-                    );
+                    assert!(run(threads) == one, "{name} {lens:?} {path:?} {threads} threads");
                 }
             }
         }
@@ -144,10 +122,7 @@ fn a_pencil_needs_few_bound_tests() {
     let pencil = pencil_of("umbel", Lens::Pinhole { fov: 34.0 }, 640, 400);
     let (_, [pencils, general]) = agree(&geometry(&scene), &pencil);
     let bounds = pencils.frustum_tests + pencils.cone_tests + pencils.box_tests;
-    println!(
-        "{bounds} bound tests by pencils, {} by rays",
-        general.box_tests
-    );
+    println!("{bounds} bound tests by pencils, {} by rays", general.box_tests);
     assert!(bounds > 0 && bounds * 100 < general.box_tests);
 }
 
@@ -155,19 +130,10 @@ fn a_pencil_needs_few_bound_tests() {
 fn pencils_at(eye: DVec3, target: DVec3, size: f64) -> Vec<Pencil> {
     let pencil = |lens| {
         let lens = match lens {
-            Lens::Ortho { height } => Lens::Ortho {
-                height: height * size,
-            },
+            Lens::Ortho { height } => Lens::Ortho { height: height * size },
             lens => lens,
         };
-        let camera = Camera {
-            eye,
-            target,
-            up: DVec3::Y,
-            lens,
-            width: 33,
-            height: 17,
-        };
+        let camera = Camera { eye, target, up: DVec3::Y, lens, width: 33, height: 17 };
         camera.shot().expect("a valid camera").pencil
     };
     LENSES.into_iter().map(pencil).collect()
@@ -192,17 +158,11 @@ fn nothing_is_hit_where_nothing_can_be() {
     .iter()
     .enumerate()
     {
-        for (k, pencil) in pencils_at(DVec3::ZERO, DVec3::NEG_Z, 1.0)
-            .iter()
-            .enumerate()
-        {
+        for (k, pencil) in pencils_at(DVec3::ZERO, DVec3::NEG_Z, 1.0).iter().enumerate() {
             let (hits, _) = agree(&mesh.geometry(), pencil);
             // The film of the ortho camera is as wide as the triangles, and their rays are not the eye's.
             let may_hit = LENSES[k] == Lens::Ortho { height: 3.0 } && n == 3;
-            assert!(
-                may_hit || hits.ids().iter().all(|&id| id == NO_TRIANGLE),
-                "{n} {k}"
-            );
+            assert!(may_hit || hits.ids().iter().all(|&id| id == NO_TRIANGLE), "{n} {k}");
         }
     }
     let pencils = pencils_at(DVec3::ZERO, DVec3::NEG_Z, 1.0);
@@ -233,12 +193,7 @@ fn no_rays_and_no_triangles() {
 /// t of the box [-s, s]^3 is the least of (±s - o)/d over the axes.
 #[test]
 fn the_walls_of_a_box() {
-    for (n, s) in [
-        (1, 1.0),
-        (7, 1.0),
-        (4, 2_f32.powi(60)),
-        (4, 2_f32.powi(-90)),
-    ] {
+    for (n, s) in [(1, 1.0), (7, 1.0), (4, 2_f32.powi(60)), (4, 2_f32.powi(-90))] {
         let mut mesh = cube(n);
         mesh.positions.iter_mut().flatten().for_each(|x| *x *= s);
         let s = f64::from(s);
@@ -247,9 +202,7 @@ fn the_walls_of_a_box() {
             let (hits, _) = agree(&mesh.geometry(), &pencil);
             let is_point = matches!(pencil.origin(), Origin::Point(_));
             for ray in 0..pencil.len() {
-                let Ray {
-                    origin, direction, ..
-                } = pencil.ray(ray);
+                let Ray { origin, direction, .. } = pencil.ray(ray);
                 // Parallel rays start on a film that may be wider than the box.
                 if origin.abs().max_element() >= s {
                     assert!(!is_point);
@@ -260,10 +213,7 @@ fn the_walls_of_a_box() {
                 let hit = hits.get(ray).expect("a wall");
                 // Two roundings in f64, one to f32.
                 let error = (f64::from(hit.t) - expected).abs();
-                assert!(
-                    error <= expected * 0.501 * f64::from(f32::EPSILON),
-                    "{hit:?} {expected}"
-                );
+                assert!(error <= expected * 0.501 * f64::from(f32::EPSILON), "{hit:?} {expected}");
             }
         }
     }
@@ -289,14 +239,7 @@ fn a_plane_across_the_view() {
         for (ray, &t) in hits.ts().iter().enumerate() {
             let d = pencil.ray(ray).direction;
             assert_eq!(d.z, -1.0);
-            assert_eq!(
-                t,
-                if d.abs().max_element() * 3.0 < 1e3 {
-                    3.0
-                } else {
-                    t
-                }
-            );
+            assert_eq!(t, if d.abs().max_element() * 3.0 < 1e3 { 3.0 } else { t });
         }
         assert!(hits.ids().contains(&0) && hits.ids().contains(&1));
     }

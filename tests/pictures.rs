@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 use support::Random;
 use umbel::glam::DVec3;
 use umbel::{
-    Aov, AovData, CUBE_FACES, Camera, Lens, NO_TRIANGLE, Options, Origin, Scene, VisibilityBuffer,
-    builtin, preview, visibility,
+    Aov, AovData, CUBE_FACES, Camera, Lens, NO_TRIANGLE, Options, Origin, Scene, VisibilityBuffer, builtin,
+    preview, visibility,
 };
 
 /// The allowed error of a unit-sized direction.
@@ -30,11 +30,7 @@ const LENSES: [Lens; 6] = [
 ];
 
 fn camera(lens: Lens) -> Camera {
-    let (width, height) = if lens == Lens::Cube {
-        (14, 14)
-    } else {
-        (22, 15)
-    };
+    let (width, height) = if lens == Lens::Cube { (14, 14) } else { (22, 15) };
     Camera {
         eye: DVec3::new(2.0, 3.0, 4.5),
         target: DVec3::new(-0.5, 1.0, 0.25),
@@ -56,10 +52,7 @@ fn frame(camera: &Camera) -> [DVec3; 3] {
 fn formula(camera: &Camera, pixel: usize) -> Option<(DVec3, DVec3)> {
     let [f, r, u] = frame(camera);
     let (w, h) = (f64::from(camera.width), f64::from(camera.height));
-    let (i, j) = (
-        (pixel % camera.width as usize) as f64,
-        (pixel / camera.width as usize) as f64,
-    );
+    let (i, j) = ((pixel % camera.width as usize) as f64, (pixel / camera.width as usize) as f64);
     let (x, y) = (2.0 * (i + 0.5) / w - 1.0, 1.0 - 2.0 * (j + 0.5) / h);
     Some(match camera.lens {
         Lens::Pinhole { fov } => {
@@ -112,9 +105,7 @@ fn rays_follow_the_formulas() {
         let camera = camera(lens);
         let shot = camera.shot().expect("a camera");
         let pixels = camera.width as usize * camera.rows() as usize;
-        let expected: Vec<usize> = (0..pixels)
-            .filter(|&p| formula(&camera, p).is_some())
-            .collect();
+        let expected: Vec<usize> = (0..pixels).filter(|&p| formula(&camera, p).is_some()).collect();
         let seen: Vec<usize> = shot.pixels.as_ref().map_or_else(
             || (0..pixels).collect(),
             |pixels| pixels.iter().map(|&pixel| pixel as usize).collect(),
@@ -127,15 +118,9 @@ fn rays_follow_the_formulas() {
             let size = direction.length().max(1.0);
             let error = (ray.direction - direction).abs().max_element();
             // The slope of 170 degrees makes the film's spacing larger than that of this ray.
-            assert!(
-                error <= 16.0 * DIRECTION_ERROR * size,
-                "{lens:?} {pixel}: {error:e}"
-            );
+            assert!(error <= 16.0 * DIRECTION_ERROR * size, "{lens:?} {pixel}: {error:e}");
             let error = (ray.origin - start).abs().max_element();
-            assert!(
-                error <= DIRECTION_ERROR * 5.0,
-                "{lens:?} {pixel}: {error:e}"
-            );
+            assert!(error <= DIRECTION_ERROR * 5.0, "{lens:?} {pixel}: {error:e}");
         }
     }
 }
@@ -157,28 +142,15 @@ fn origins_are_points_and_directions() {
 /// Corner pixels by hand: what is left is left, what is up is up.
 #[test]
 fn nothing_is_mirrored() {
-    for lens in [
-        Lens::Pinhole { fov: 90.0 },
-        Lens::Ortho { height: 2.0 },
-        Lens::Equirect,
-    ] {
-        let camera = Camera {
-            eye: DVec3::ZERO,
-            target: DVec3::NEG_Z,
-            up: DVec3::Y,
-            lens,
-            width: 4,
-            height: 4,
-        };
+    for lens in [Lens::Pinhole { fov: 90.0 }, Lens::Ortho { height: 2.0 }, Lens::Equirect] {
+        let camera =
+            Camera { eye: DVec3::ZERO, target: DVec3::NEG_Z, up: DVec3::Y, lens, width: 4, height: 4 };
         let shot = camera.shot().expect("a camera");
         let place = |pixel: usize| {
             let ray = shot.pencil.ray(pixel);
             ray.origin + ray.direction
         };
-        assert!(
-            place(5).x < 0.0 && place(6).x > 0.0,
-            "{lens:?}: +x is right"
-        );
+        assert!(place(5).x < 0.0 && place(6).x > 0.0, "{lens:?}: +x is right");
         assert!(place(5).y > 0.0 && place(9).y < 0.0, "{lens:?}: +y is up");
     }
 }
@@ -186,11 +158,7 @@ fn nothing_is_mirrored() {
 #[test]
 fn faces_of_a_cube() {
     for (face, [m, s, t]) in CUBE_FACES.into_iter().enumerate() {
-        assert_eq!(
-            s.cross(t),
-            -m,
-            "face {face}: texels as seen from inside are not mirrored"
-        );
+        assert_eq!(s.cross(t), -m, "face {face}: texels as seen from inside are not mirrored");
         // One texel per face looks along its axis.
         assert_eq!(cube_formula(1, face), m);
         assert_eq!(cube_formula(2, 4 * face + 1) - m, 0.5 * (s - t));
@@ -204,24 +172,13 @@ fn a_framed_box_fits() {
         let mut point = || DVec3::new(random.unit(), random.unit(), random.unit()) * 8.0 - 4.0;
         let (a, b, direction) = (point(), point(), point());
         let narrow = |v: DVec3| v.to_array().map(|x| x as f32);
-        let bounds = umbel::Aabb {
-            lo: narrow(a.min(b)),
-            hi: narrow(a.max(b)),
-        };
-        for lens in [
-            Lens::Pinhole { fov: 45.0 },
-            Lens::Pinhole { fov: 100.0 },
-            Lens::Ortho { height: 1.0 },
-        ] {
+        let bounds = umbel::Aabb { lo: narrow(a.min(b)), hi: narrow(a.max(b)) };
+        for lens in [Lens::Pinhole { fov: 45.0 }, Lens::Pinhole { fov: 100.0 }, Lens::Ortho { height: 1.0 }] {
             let camera = Camera::framing(&bounds, direction, lens, 160, 90);
             let [f, r, u] = frame(&camera);
             for corner in 0..8 {
                 let pick = |k: usize| {
-                    if corner >> k & 1 == 0 {
-                        bounds.lo[k]
-                    } else {
-                        bounds.hi[k]
-                    }
+                    if corner >> k & 1 == 0 { bounds.lo[k] } else { bounds.hi[k] }
                 };
                 let p = DVec3::from_array([0, 1, 2].map(|k| f64::from(pick(k)))) - camera.eye;
                 let half = match camera.lens {
@@ -230,10 +187,7 @@ fn a_framed_box_fits() {
                     _ => unreachable!("only these"),
                 };
                 assert!(p.dot(f) > 0.0, "{camera:?}: before the eye");
-                assert!(
-                    p.dot(u).abs() <= half && p.dot(r).abs() <= half * 16.0 / 9.0,
-                    "{camera:?}"
-                );
+                assert!(p.dot(u).abs() <= half && p.dot(r).abs() <= half * 16.0 / 9.0, "{camera:?}");
             }
         }
     }
@@ -252,29 +206,17 @@ fn check_aovs(scene: &Scene, camera: &Camera) {
     let (buffer, _) = visibility(scene, camera, &Options::default()).expect("seen");
     let triangles = scene.geometry().expect("finite");
     let ids = buffer.ids();
-    let [depth, distance, normal, position, bary] = [
-        Aov::Depth,
-        Aov::Distance,
-        Aov::Normal,
-        Aov::Position,
-        Aov::Bary,
-    ]
-    .map(|aov| numbers(&buffer, aov, scene));
+    let [depth, distance, normal, position, bary] =
+        [Aov::Depth, Aov::Distance, Aov::Normal, Aov::Position, Aov::Bary]
+            .map(|aov| numbers(&buffer, aov, scene));
     let AovData::U32(objects) = buffer.derive(Aov::Object, scene).expect("derived") else {
         panic!("objects are whole numbers")
     };
-    assert_eq!(
-        buffer.derive(Aov::Id, scene).expect("derived"),
-        AovData::U32(ids.clone())
-    );
+    assert_eq!(buffer.derive(Aov::Id, scene).expect("derived"), AovData::U32(ids.clone()));
     let widen = |values: &[f32]| DVec3::new(values[0].into(), values[1].into(), values[2].into());
     let mut hits = 0;
     for ray in 0..buffer.hits.len() {
-        let pixel = buffer
-            .shot
-            .pixels
-            .as_ref()
-            .map_or(ray, |pixels| pixels[ray] as usize);
+        let pixel = buffer.shot.pixels.as_ref().map_or(ray, |pixels| pixels[ray] as usize);
         let Some(hit) = buffer.hits.get(ray) else {
             assert_eq!((ids[pixel], objects[pixel]), (NO_TRIANGLE, NO_TRIANGLE));
             continue;
@@ -284,38 +226,24 @@ fn check_aovs(scene: &Scene, camera: &Camera) {
         assert_eq!((ids[pixel], depth[pixel]), (hit.id.0, hit.t));
         let reach = f64::from(hit.t) * ray.direction.length();
         let error = (f64::from(distance[pixel]) - reach).abs();
-        assert!(
-            error <= 1.01 * U * reach.abs(),
-            "distance {} for {reach}",
-            distance[pixel]
-        );
+        assert!(error <= 1.01 * U * reach.abs(), "distance {} for {reach}", distance[pixel]);
 
         let p = widen(&position[3 * pixel..]);
         let along = ray.origin + ray.direction * f64::from(hit.t);
         let size = ray.origin.abs().max_element() + reach;
-        assert!(
-            p.distance(along) <= 4.0 * U * size,
-            "{:?}: {p} for {along}",
-            camera.lens
-        );
+        assert!(p.distance(along) <= 4.0 * U * size, "{:?}: {p} for {along}", camera.lens);
 
         let corners = triangles.corners(hit.id).map(|c| widen(&c));
         let [v, w] = [bary[2 * pixel], bary[2 * pixel + 1]].map(f64::from);
         assert!(v >= 0.0 && w >= 0.0 && v + w <= 1.0 + 2.0 * U, "{v} {w}");
         let weighted = corners[0] * (1.0 - v - w) + corners[1] * v + corners[2] * w;
-        let extent = corners
-            .map(|c| c.abs().max_element())
-            .into_iter()
-            .fold(0.0, f64::max);
+        let extent = corners.map(|c| c.abs().max_element()).into_iter().fold(0.0, f64::max);
         assert!(weighted.distance(p) <= 16.0 * U * extent);
 
         let n = widen(&normal[3 * pixel..]);
         assert!((n.length() - 1.0).abs() <= 4.0 * U, "|n| = {}", n.length());
         let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-        assert!(
-            n.dot(cross) > 0.999 * cross.length(),
-            "(b − a)×(c − a), not flipped"
-        );
+        assert!(n.dot(cross) > 0.999 * cross.length(), "(b − a)×(c − a), not flipped");
         let object = &scene.objects[objects[pixel] as usize];
         assert!(object.triangles.contains(&hit.id.0));
     }
@@ -330,21 +258,13 @@ fn derived_quantities_agree_with_their_rays() {
         let inside = Camera {
             eye: DVec3::new(278.0, 300.0, 150.0),
             target: DVec3::new(250.0, 200.0, 500.0),
-            lens: if let Lens::Ortho { .. } = lens {
-                Lens::Ortho { height: 400.0 }
-            } else {
-                lens
-            },
+            lens: if let Lens::Ortho { .. } = lens { Lens::Ortho { height: 400.0 } } else { lens },
             width: 61,
             height: 47,
             ..camera(lens)
         };
         check_aovs(&cornell, &inside);
-        let under = Camera {
-            eye: DVec3::new(0.6, 1.0, 0.7),
-            target: DVec3::new(0.0, 1.6, 0.0),
-            ..inside
-        };
+        let under = Camera { eye: DVec3::new(0.6, 1.0, 0.7), target: DVec3::new(0.0, 1.6, 0.0), ..inside };
         check_aovs(&flower, &Camera { lens, ..under });
     }
 }
@@ -371,12 +291,7 @@ fn depth_is_z_and_distance_is_not() {
 fn wall(left: f32, right: f32) -> Scene {
     Scene {
         name: "wall".into(),
-        positions: vec![
-            [left, -50.0, 0.0],
-            [right, -50.0, 0.0],
-            [right, 50.0, 0.0],
-            [left, 50.0, 0.0],
-        ],
+        positions: vec![[left, -50.0, 0.0], [right, -50.0, 0.0], [right, 50.0, 0.0], [left, 50.0, 0.0]],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         ..Scene::default()
     }
@@ -399,15 +314,10 @@ fn ortho(scene: &Scene, samples: u32) -> Vec<f32> {
 
 #[test]
 fn samples_converge_to_the_coverage() {
-    let (empty, full) = (
-        ortho(&wall(-50.0, -49.0), 64),
-        ortho(&wall(-50.0, 50.0), 64),
-    );
+    let (empty, full) = (ortho(&wall(-50.0, -49.0), 64), ortho(&wall(-50.0, 50.0), 64));
     for edge in [-0.5, -0.4, -0.17, 0.0, 0.05, 0.31, 0.5_f32] {
         let got = ortho(&wall(-50.0, edge), 64);
-        let part = |pixel: usize| {
-            (got[3 * pixel] - empty[3 * pixel]) / (full[3 * pixel] - empty[3 * pixel])
-        };
+        let part = |pixel: usize| (got[3 * pixel] - empty[3 * pixel]) / (full[3 * pixel] - empty[3 * pixel]);
         for row in 0..3 {
             assert!((part(3 * row) - 1.0).abs() < 1e-5 && part(3 * row + 2).abs() < 1e-5);
             let coverage = edge + 0.5;
@@ -421,8 +331,7 @@ fn samples_converge_to_the_coverage() {
     let got = ortho(&half, 64);
     for pixel in [0, 4, 8] {
         let mirrored = [6, 4, 2][pixel / 4];
-        let part =
-            (got[3 * mirrored] - empty[3 * mirrored]) / (full[3 * mirrored] - empty[3 * mirrored]);
+        let part = (got[3 * mirrored] - empty[3 * mirrored]) / (full[3 * mirrored] - empty[3 * mirrored]);
         // 8 of the 64 samples lie exactly on the diagonal.
         assert!((part - 0.5).abs() <= 4.0 / 64.0 + 1e-5, "{part}");
     }
@@ -430,11 +339,8 @@ fn samples_converge_to_the_coverage() {
 
 #[test]
 fn the_background_is_where_nothing_is() {
-    let (empty, full, half) = (
-        ortho(&wall(-50.0, -49.0), 1),
-        ortho(&wall(-50.0, 50.0), 1),
-        ortho(&wall(-50.0, 0.6), 1),
-    );
+    let (empty, full, half) =
+        (ortho(&wall(-50.0, -49.0), 1), ortho(&wall(-50.0, 50.0), 1), ortho(&wall(-50.0, 0.6), 1));
     for (pixel, colour) in half.chunks(3).enumerate() {
         let expected = if pixel % 3 == 2 { &empty } else { &full };
         assert_eq!(colour, &expected[3 * pixel..][..3]);
@@ -451,19 +357,11 @@ fn a_fisheye_is_round() {
     let (buffer, _) = visibility(&scene, &camera, &options).expect("seen");
     let picture = preview(&scene, &camera, &buffer, 1, &options, |_| ()).expect("shaded");
     let depth = numbers(&buffer, Aov::Depth, &scene);
-    let outside: Vec<usize> = (0..buffer.pixels)
-        .filter(|&p| formula(&camera, p).is_none())
-        .collect();
+    let outside: Vec<usize> = (0..buffer.pixels).filter(|&p| formula(&camera, p).is_none()).collect();
     let area = 1.0 - outside.len() as f64 / buffer.pixels as f64;
-    assert!(
-        (area - PI * 7.5 * 7.5 / (22.0 * 15.0)).abs() < 0.03,
-        "{area}"
-    );
+    assert!((area - PI * 7.5 * 7.5 / (22.0 * 15.0)).abs() < 0.03, "{area}");
     for pixel in outside {
         assert_eq!(picture[3 * pixel..][..3], [0.0; 3]);
-        assert_eq!(
-            (buffer.ids()[pixel], depth[pixel]),
-            (NO_TRIANGLE, f32::INFINITY)
-        );
+        assert_eq!((buffer.ids()[pixel], depth[pixel]), (NO_TRIANGLE, f32::INFINITY));
     }
 }

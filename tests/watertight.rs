@@ -15,6 +15,8 @@
 //!
 //! Based on: Sven Woop, Carsten Benthin, Ingo Wald, "Watertight Ray/Triangle Intersection", 2013 (the question).
 
+#![expect(clippy::print_stdout, reason = "with --nocapture the counts are the result")]
+
 mod generators;
 
 use std::f64::consts::PI;
@@ -48,10 +50,7 @@ struct Tally {
 
 /// Casts a scattered pencil, by pencils or as general rays, and counts what escapes.
 fn cast(mesh: &Mesh, eye: DVec3, targets: &[DVec3], general: bool, tally: &mut Tally) {
-    let directions = targets
-        .iter()
-        .map(|&p| p - eye)
-        .filter(|d| *d != DVec3::ZERO);
+    let directions = targets.iter().map(|&p| p - eye).filter(|d| *d != DVec3::ZERO);
     let missed = if general {
         let rays: Vec<Ray> = directions.map(|d| Ray::new(eye, d)).collect();
         misses(mesh, Rays::General(&rays), tally)
@@ -137,18 +136,12 @@ fn a_torus_does_not_leak() {
 fn crossings(mesh: &Mesh, rays: Rays<'_>) -> Vec<u32> {
     let mut counts = vec![0; rays.len()];
     for path in [Path::Pencil, Path::General] {
-        let options = Options {
-            path,
-            ..Options::default()
-        };
+        let options = Options { path, ..Options::default() };
         let mut found = vec![0; rays.len()];
         for id in 0..mesh.triangles.len() {
             let single = Mesh::of([mesh.corners(id)]);
             let (any, _) = any_hit(&single.geometry(), rays, &options).expect("in range");
-            found
-                .iter_mut()
-                .zip(any)
-                .for_each(|(n, hit)| *n += u32::from(hit));
+            found.iter_mut().zip(any).for_each(|(n, hit)| *n += u32::from(hit));
         }
         assert!(path == Path::Pencil || found == counts, "the paths differ");
         counts = found;
@@ -162,11 +155,8 @@ fn pencils_through(mesh: &Mesh, eye: DVec3, direction: DVec3) -> [Pencil; 2] {
     let directions = targets.iter().map(|&p| p - eye).collect();
     // Where it is exact the ray passes through the feature; elsewhere it is another ray.
     let starts = targets.iter().map(|&p| p - direction * 8.0).collect();
-    [
-        (Origin::Point(eye), directions),
-        (Origin::Infinity(direction), starts),
-    ]
-    .map(|(origin, samples)| Pencil::new(origin, vec![Film::Scattered(samples)]).expect("in range"))
+    [(Origin::Point(eye), directions), (Origin::Infinity(direction), starts)]
+        .map(|(origin, samples)| Pencil::new(origin, vec![Film::Scattered(samples)]).expect("in range"))
 }
 
 #[test]
@@ -175,16 +165,9 @@ fn crossings_are_even_outside_and_odd_inside() {
     let mut crossed = 0;
     for mesh in [cube(2), sphere(2, |_| 1.0), star(2, 1), torus(12, 8)] {
         assert!(is_closed(&mesh));
-        let inside = if mesh.triangles.len() == 192 {
-            DVec3::X
-        } else {
-            DVec3::ZERO
-        };
+        let inside = if mesh.triangles.len() == 192 { DVec3::X } else { DVec3::ZERO };
         let lattice = random.lattice(2) + DVec3::new(0.0, 0.0, 8.0);
-        for (eye, d) in [
-            (lattice, DVec3::Z),
-            (random.cube() + DVec3::X * 5.0, random.cube()),
-        ] {
+        for (eye, d) in [(lattice, DVec3::Z), (random.cube() + DVec3::X * 5.0, random.cube())] {
             for pencil in &pencils_through(&mesh, eye, d) {
                 let counts = crossings(&mesh, Rays::Pencil(pencil));
                 assert!(counts.iter().all(|n| n % 2 == 0), "{counts:?}");
@@ -220,11 +203,7 @@ fn plane(n: usize, seed: u64) -> (Mesh, Vec<DVec3>) {
         let at = |i: usize, j: usize| (i * (n + 1) + j) as u32;
         let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
         let flip = random.once_in(2);
-        mesh.triangles.extend(if flip {
-            [[a, b, d], [b, c, d]]
-        } else {
-            [[a, b, c], [c, a, d]]
-        });
+        mesh.triangles.extend(if flip { [[a, b, d], [b, c, d]] } else { [[a, b, c], [c, a, d]] });
     }
     (mesh, interior)
 }
@@ -236,16 +215,10 @@ fn a_planar_grid_is_met_exactly_once() {
         let middles: Vec<_> = points.windows(2).map(|p| (p[0] + p[1]) * 0.5).collect();
         points.extend(middles);
         let mut random = Random(seed);
-        let (eye, d) = (
-            random.cube() + DVec3::Z * 3.0,
-            random.pick(&[DVec3::NEG_Z, DVec3::Z]),
-        );
+        let (eye, d) = (random.cube() + DVec3::Z * 3.0, random.pick(&[DVec3::NEG_Z, DVec3::Z]));
         let directions = points.iter().map(|&p| p - eye).collect();
         let starts = points.iter().map(|&p| p - d * 2.0).collect();
-        for (origin, samples) in [
-            (Origin::Point(eye), directions),
-            (Origin::Infinity(d), starts),
-        ] {
+        for (origin, samples) in [(Origin::Point(eye), directions), (Origin::Infinity(d), starts)] {
             let pencil = Pencil::new(origin, vec![Film::Scattered(samples)]).expect("in range");
             let counts = crossings(&mesh, Rays::Pencil(&pencil));
             assert!(counts.iter().all(|&n| n == 1), "{counts:?}");
@@ -255,12 +228,7 @@ fn a_planar_grid_is_met_exactly_once() {
             let last = mesh.triangles.len() as u32 - 1;
             let ask = |mesh: &Mesh| closest_hit(&mesh.geometry(), &pencil, &Options::default());
             let [(one, _), (other, _)] = [ask(&mesh), ask(&reversed)].map(|r| r.expect("in range"));
-            assert!(
-                one.ids()
-                    .iter()
-                    .zip(other.ids())
-                    .all(|(a, b)| *a == last - b)
-            );
+            assert!(one.ids().iter().zip(other.ids()).all(|(a, b)| *a == last - b));
             assert_eq!(one.ts(), other.ts());
         }
     }
@@ -293,10 +261,7 @@ fn cube_maps_of_closed_rooms_are_full() {
 fn load(path: &std::path::Path) -> Mesh {
     let name = path.to_str().expect("a plain path");
     let scene = umbel::load(name, umbel::LoadOptions::default()).expect("a readable scene");
-    Mesh {
-        positions: scene.positions,
-        triangles: scene.triangles,
-    }
+    Mesh { positions: scene.positions, triangles: scene.triangles }
 }
 
 /// From points inside of a closed scene every ray hits something.
@@ -313,11 +278,7 @@ fn closed_scenes_do_not_leak() {
         }
         let mesh = load(&path);
         let closed = is_closed(&mesh);
-        println!(
-            "{}: {} triangles, closed: {closed}",
-            path.display(),
-            mesh.triangles.len()
-        );
+        println!("{}: {} triangles, closed: {closed}", path.display(), mesh.triangles.len());
         if !closed {
             continue;
         }
@@ -333,13 +294,8 @@ fn closed_scenes_do_not_leak() {
 fn inner_points(mesh: &Mesh) -> Vec<DVec3> {
     let mut random = Random(3);
     let bounds = umbel::Aabb::of_points(mesh.positions.iter().copied());
-    let (centre, extent) = (
-        DVec3::from_array(bounds.centre()),
-        DVec3::from_array(bounds.extent()),
-    );
-    let points: Vec<DVec3> = (0..400)
-        .map(|_| centre + random.cube() * extent * 0.5)
-        .collect();
+    let (centre, extent) = (DVec3::from_array(bounds.centre()), DVec3::from_array(bounds.extent()));
+    let points: Vec<DVec3> = (0..400).map(|_| centre + random.cube() * extent * 0.5).collect();
     let mut rays: Vec<Ray> = points.iter().map(|&p| Ray::new(p, DVec3::X)).collect();
     let mut crossed = vec![0_u32; rays.len()];
     loop {
@@ -358,5 +314,5 @@ fn inner_points(mesh: &Mesh) -> Vec<DVec3> {
         }
     }
     let inside = points.iter().zip(crossed).filter(|(_, n)| n % 2 == 1);
-    inside.map(|(p, _)| *p).take(12).collect()
+    inside.map(|(p, _)| *p).take(3).collect()
 }

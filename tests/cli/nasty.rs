@@ -1,6 +1,6 @@
 //! Small files with something wrong or odd in them: a picture or a clear error, never a panic.
 
-use crate::support::Place;
+use crate::support::{Place, size_option};
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
@@ -63,11 +63,7 @@ fn try_file(bytes: &[u8], line: &str) {
     let place = Place::new();
     place.put("a.obj", bytes);
     let run = place.run(line);
-    let told = format!(
-        "umbel {line}\n{}\n{}",
-        String::from_utf8_lossy(bytes),
-        run.stderr
-    );
+    let told = format!("umbel {line}\n{}\n{}", String::from_utf8_lossy(bytes), run.stderr);
     match run.code {
         Some(0) if line.starts_with("render") => {
             umbel::read_png_rgb8(&place.path("a.png")).expect("a picture");
@@ -83,18 +79,12 @@ fn try_file(bytes: &[u8], line: &str) {
 
 fn try_text(text: &str) {
     for lens in ["pinhole", "ortho", "cube"] {
-        let size = "--size 9x9 --cube-size 5";
-        try_file(
-            text.as_bytes(),
-            &format!("render a.obj --camera {lens} {size} -o a.png"),
-        );
+        let size = size_option(lens, "9x9", 5);
+        try_file(text.as_bytes(), &format!("render a.obj --camera {lens} {size} -o a.png"));
     }
     try_file(text.as_bytes(), "verify a.obj --size 9x9");
     try_file(text.as_bytes(), "info a.obj");
-    try_file(
-        text.as_bytes(),
-        "render a.obj --drop-non-finite --size 9x9 -o a.png",
-    );
+    try_file(text.as_bytes(), "render a.obj --drop-non-finite --size 9x9 -o a.png");
 }
 
 #[test]
@@ -141,9 +131,7 @@ fn ordinary_oddities_give_a_picture() {
         for lens in ["pinhole", "equirect", "fisheye", "cube"] {
             let place = Place::new();
             place.put("a.obj", text);
-            let run = place.run(&format!(
-                "render a.obj --camera {lens} --size 9x9 --cube-size 5"
-            ));
+            let run = place.run(&format!("render a.obj --camera {lens} {}", size_option(lens, "9x9", 5)));
             assert_eq!(run.code, Some(0), "{lens}\n{text}\n{}", run.stderr);
         }
     }

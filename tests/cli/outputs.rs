@@ -3,7 +3,7 @@
 use umbel::{NO_TRIANGLE, Samples, read_exr, read_png_rgb8};
 
 use crate::SQUARES;
-use crate::support::Place;
+use crate::support::{Place, size_option};
 
 /// Looks at the squares along −z: at z = 0 the picture is 8 x 4 world units, a pixel 0.5.
 const CAMERA: &str = "--size 16x8 --eye 0,0,2 --target 0,0,0 --fov 90";
@@ -26,8 +26,7 @@ fn place() -> Place {
 
 /// `--aov NAME=NAME.npy` for each.
 fn all_aovs() -> String {
-    AOVS.map(|(name, ..)| format!("--aov {name}={name}.npy"))
-        .join(" ")
+    AOVS.map(|(name, ..)| format!("--aov {name}={name}.npy")).join(" ")
 }
 
 #[test]
@@ -37,9 +36,7 @@ fn without_options_there_is_umbel_png() {
     assert_eq!(place.names(), ["umbel.png"]);
     let (width, height, pixels) = read_png_rgb8(&place.path("umbel.png")).expect("a picture");
     assert_eq!((width, height), (1280, 720));
-    let green = pixels
-        .chunks(3)
-        .filter(|p| p[1] > p[0].saturating_add(20) && p[1] > p[2].saturating_add(20));
+    let green = pixels.chunks(3).filter(|p| p[1] > p[0].saturating_add(20) && p[1] > p[2].saturating_add(20));
     assert!(green.count() > 5000, "the flower is green");
 }
 
@@ -49,10 +46,7 @@ fn a_picture_in_each_format() {
     for format in ["png", "exr", "npy", "PNG"] {
         place.quiet_run(&format!("render squares.obj {CAMERA} -o a.{format}"));
     }
-    assert_eq!(
-        place.names(),
-        ["a.PNG", "a.exr", "a.npy", "a.png", "squares.obj"]
-    );
+    assert_eq!(place.names(), ["a.PNG", "a.exr", "a.npy", "a.png", "squares.obj"]);
     assert_eq!(place.bytes("a.PNG"), place.bytes("a.png"));
     let (width, height, bytes) = read_png_rgb8(&place.path("a.png")).expect("a picture");
     assert_eq!((width, height), (16, 8));
@@ -73,18 +67,11 @@ fn a_picture_in_each_format() {
 fn arrays_have_their_types_and_shapes() {
     let place = place();
     place.quiet_run(&format!("render squares.obj {CAMERA} {}", all_aovs()));
-    assert!(
-        !place.names().contains(&"umbel.png".to_owned()),
-        "no picture was asked for"
-    );
+    assert!(!place.names().contains(&"umbel.png".to_owned()), "no picture was asked for");
     for (name, dtype, numbers) in AOVS {
         let array = place.npy(&format!("{name}.npy"));
         let shape: Vec<usize> = [8, 16].into_iter().chain(numbers).collect();
-        assert_eq!(
-            (array.dtype.as_str(), array.shape),
-            (dtype, shape),
-            "{name}"
-        );
+        assert_eq!((array.dtype.as_str(), array.shape), (dtype, shape), "{name}");
     }
 }
 
@@ -119,10 +106,7 @@ fn hits_have_their_values() {
     let place = place();
     place.quiet_run(&format!("render squares.obj {CAMERA} {}", all_aovs()));
     let (ids, objects) = (place.npy("id.npy").u32(), place.npy("object.npy").u32());
-    let (depths, positions) = (
-        place.npy("depth.npy").f32(),
-        place.npy("position.npy").f32(),
-    );
+    let (depths, positions) = (place.npy("depth.npy").f32(), place.npy("position.npy").f32());
     let normals = place.npy("normal.npy").f32();
     for pixel in (0..ids.len()).filter(|&pixel| ids[pixel] != NO_TRIANGLE) {
         let (depth, object) = if ids[pixel] < 2 { (2.0, 0) } else { (3.0, 1) };
@@ -130,11 +114,7 @@ fn hits_have_their_values() {
         assert_eq!(normals[3 * pixel..][..3], [0.0, 0.0, 1.0]);
         // A pixel is half a unit at depth 2; pixel (8, 3) is the first right of and above the middle.
         let (i, j) = ((pixel % 16) as f32, (pixel / 16) as f32);
-        let expected = [
-            (i - 7.5) * 0.25 * depth,
-            (3.5 - j) * 0.25 * depth,
-            2.0 - depth,
-        ];
+        let expected = [(i - 7.5) * 0.25 * depth, (3.5 - j) * 0.25 * depth, 2.0 - depth];
         for (got, expected) in positions[3 * pixel..].iter().zip(expected) {
             assert!((got - expected).abs() < 1e-6, "{got} for {expected}");
         }
@@ -151,37 +131,21 @@ fn channels_of_an_exr_by_name() {
     assert_eq!((width, height), (16, 8));
     let names: Vec<&str> = channels.iter().map(|c| c.name.as_str()).collect();
     let expected = [
-        "B", "G", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "R", "Z", "bary.u", "bary.v",
-        "distance", "id", "object",
+        "B", "G", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "R", "Z", "bary.u", "bary.v", "distance", "id",
+        "object",
     ];
     assert_eq!(names, expected);
-    let channel = |name: &str| {
-        &channels
-            .iter()
-            .find(|c| c.name == name)
-            .expect("it")
-            .samples
-    };
+    let channel = |name: &str| &channels.iter().find(|c| c.name == name).expect("it").samples;
     assert_eq!(*channel("id"), Samples::U32(place.npy("id.npy").u32()));
-    assert_eq!(
-        *channel("object"),
-        Samples::U32(place.npy("object.npy").u32())
-    );
+    assert_eq!(*channel("object"), Samples::U32(place.npy("object.npy").u32()));
     assert_eq!(*channel("Z"), Samples::F32(place.npy("depth.npy").f32()));
-    assert_eq!(
-        *channel("distance"),
-        Samples::F32(place.npy("distance.npy").f32())
-    );
-    for (file, number, of, name) in [
-        ("normal", 2, 3, "N.Z"),
-        ("position", 1, 3, "P.Y"),
-        ("bary", 1, 2, "bary.v"),
-    ] {
+    assert_eq!(*channel("distance"), Samples::F32(place.npy("distance.npy").f32()));
+    for (file, number, of, name) in
+        [("normal", 2, 3, "N.Z"), ("position", 1, 3, "P.Y"), ("bary", 1, 2, "bary.v")]
+    {
         let array = place.npy(&format!("{file}.npy")).f32();
         let expected = array.iter().skip(number).step_by(of).map(|x| x.to_bits());
-        let Samples::F32(got) = channel(name) else {
-            panic!("{name} is floating point")
-        };
+        let Samples::F32(got) = channel(name) else { panic!("{name} is floating point") };
         assert!(got.iter().map(|x| x.to_bits()).eq(expected), "{name}");
     }
 }
@@ -190,18 +154,11 @@ fn channels_of_an_exr_by_name() {
 fn a_cube_prepends_six() {
     let place = place();
     let camera = "--camera cube --cube-size 4 --eye 0,0,0.9";
-    place.quiet_run(&format!(
-        "render squares.obj {camera} {} -o a.npy",
-        all_aovs()
-    ));
+    place.quiet_run(&format!("render squares.obj {camera} {} -o a.npy", all_aovs()));
     for (name, dtype, numbers) in AOVS {
         let array = place.npy(&format!("{name}.npy"));
         let shape: Vec<usize> = [6, 4, 4].into_iter().chain(numbers).collect();
-        assert_eq!(
-            (array.dtype.as_str(), array.shape),
-            (dtype, shape),
-            "{name}"
-        );
+        assert_eq!((array.dtype.as_str(), array.shape), (dtype, shape), "{name}");
     }
     assert_eq!(place.npy("a.npy").shape, [6, 4, 4, 3]);
     // The square fills the face −Z, the last.
@@ -218,9 +175,7 @@ fn samples_change_the_preview_only() {
     let place = place();
     for samples in [1, 5] {
         let files = format!("--aov id=id{samples}.npy --aov depth=t{samples}.npy -o {samples}.npy");
-        place.quiet_run(&format!(
-            "render squares.obj {CAMERA} --samples {samples} {files}"
-        ));
+        place.quiet_run(&format!("render squares.obj {CAMERA} --samples {samples} {files}"));
     }
     assert_eq!(place.bytes("id1.npy"), place.bytes("id5.npy"));
     assert_eq!(place.bytes("t1.npy"), place.bytes("t5.npy"));
@@ -233,19 +188,13 @@ fn each_lens_renders_each_scene() {
     for lens in ["pinhole", "ortho", "equirect", "fisheye", "cube"] {
         for scene in ["squares.obj", "builtin:cornell", "builtin:umbel:1000"] {
             place.quiet_run(&format!(
-                "render {scene} --camera {lens} --size 12x10 --cube-size 5 -o a.npy"
+                "render {scene} --camera {lens} {} -o a.npy",
+                size_option(lens, "12x10", 5)
             ));
-            let shape = if lens == "cube" {
-                vec![6, 5, 5, 3]
-            } else {
-                vec![10, 12, 3]
-            };
+            let shape = if lens == "cube" { vec![6, 5, 5, 3] } else { vec![10, 12, 3] };
             let picture = place.npy("a.npy");
             assert_eq!(picture.shape, shape, "{lens}");
-            assert!(
-                picture.f32().iter().all(|x| (0.0..=1.1).contains(x)),
-                "{lens} {scene}"
-            );
+            assert!(picture.f32().iter().all(|x| (0.0..=1.1).contains(x)), "{lens} {scene}");
         }
     }
 }

@@ -19,16 +19,8 @@ fn refuse(line: &str, code: i32, named: &str) {
     let run = place.run(line);
     assert_eq!(run.code, Some(code), "umbel {line}\n{}", run.stderr);
     assert_eq!(run.stdout, "", "umbel {line}");
-    assert!(
-        run.stderr.starts_with("error: "),
-        "umbel {line}\n{}",
-        run.stderr
-    );
-    assert!(
-        run.stderr.contains(named),
-        "umbel {line}: {named}?\n{}",
-        run.stderr
-    );
+    assert!(run.stderr.starts_with("error: "), "umbel {line}\n{}", run.stderr);
+    assert!(run.stderr.contains(named), "umbel {line}: {named}?\n{}", run.stderr);
     assert!(!run.stderr.contains("panicked"), "umbel {line}");
     assert_eq!(place.names(), before, "umbel {line}");
 }
@@ -65,54 +57,25 @@ fn cameras_that_see_nothing() {
 
 #[test]
 fn angles_and_heights_out_of_range() {
-    for line in [
-        "--fov=-5",
-        "--fov 180",
-        "--fov 360",
-        "--fov nan",
-        "--fov inf",
-        "--fov x",
-    ] {
+    for line in ["--fov=-5", "--fov 180", "--fov 360", "--fov nan", "--fov inf", "--fov x"] {
         refuse(&format!("render squares.obj {line}"), 2, "--fov");
     }
     for line in ["--fov 0", "--fov=-10", "--fov 361", "--fov nan"] {
-        refuse(
-            &format!("render squares.obj --camera fisheye {line}"),
-            2,
-            "--fov",
-        );
+        refuse(&format!("render squares.obj --camera fisheye {line}"), 2, "--fov");
         refuse(&format!("render builtin:cornell {line}"), 2, "--fov");
     }
-    for line in [
-        "--height 0",
-        "--height=-1",
-        "--height nan",
-        "--height inf",
-        "--height x",
-    ] {
-        refuse(
-            &format!("render squares.obj --camera ortho {line}"),
-            2,
-            "--height",
-        );
+    for line in ["--height 0", "--height=-1", "--height nan", "--height inf", "--height x"] {
+        refuse(&format!("render squares.obj --camera ortho {line}"), 2, "--height");
     }
 }
 
 #[test]
 fn options_that_the_lens_would_ignore() {
     for lens in ["ortho", "equirect", "cube"] {
-        refuse(
-            &format!("render squares.obj --camera {lens} --fov 40"),
-            2,
-            "--fov",
-        );
+        refuse(&format!("render squares.obj --camera {lens} --fov 40"), 2, "--fov");
     }
     for lens in ["pinhole", "equirect", "fisheye", "cube"] {
-        refuse(
-            &format!("render squares.obj --camera {lens} --height 2"),
-            2,
-            "--height",
-        );
+        refuse(&format!("render squares.obj --camera {lens} --height 2"), 2, "--height");
     }
 }
 
@@ -191,27 +154,11 @@ fn a_limit_stops_before_the_start() {
 
 #[test]
 fn places_that_cannot_be_written() {
-    refuse(
-        "render squares.obj --size 8x8 -o no/such/a.png",
-        1,
-        "no/such",
-    );
-    refuse(
-        "render squares.obj --size 8x8 -o folder.png",
-        1,
-        "folder.png",
-    );
+    refuse("render squares.obj --size 8x8 -o no/such/a.png", 1, "no/such");
+    refuse("render squares.obj --size 8x8 -o folder.png", 1, "folder.png");
     refuse("render squares.obj --size 8x8 -o plain/a.png", 1, "plain");
-    refuse(
-        "render squares.obj --size 8x8 --aov id=no/a.npy",
-        1,
-        "no/a.npy",
-    );
-    refuse(
-        "render squares.obj --size 8x8 --aov id=no/a.npy -o a.png",
-        1,
-        "no/a.npy",
-    );
+    refuse("render squares.obj --size 8x8 --aov id=no/a.npy", 1, "no/a.npy");
+    refuse("render squares.obj --size 8x8 --aov id=no/a.npy -o a.png", 1, "no/a.npy");
 }
 
 #[test]
@@ -219,10 +166,7 @@ fn verify_says_where_it_cannot_draw() {
     let place = Place::new();
     let run = place.run("verify builtin:cornell --size 8x8 --difference no/a.png");
     assert_eq!(run.code, Some(1));
-    assert!(
-        run.stdout.contains("0 really differ"),
-        "the counts are there"
-    );
+    assert!(run.stdout.contains("0 really differ"), "the counts are there");
     assert!(run.stderr.contains("no/a.png"), "{}", run.stderr);
 }
 

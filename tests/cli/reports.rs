@@ -76,18 +76,14 @@ fn the_hash_is_blake3_of_the_arrays() {
 fn pencils_test_far_fewer_boxes() {
     let place = Place::new();
     let boxes = |path: &str| {
-        let line =
-            format!("render builtin:umbel:20000 --size 320x180 --path {path} --aov id=i.npy");
+        let line = format!("render builtin:umbel:20000 --size 320x180 --path {path} --aov id=i.npy");
         place.quiet_run(&format!("{line} --report r.json"));
         let stats = place.json("r.json")["stats"].clone();
         ["box_tests", "frustum_tests", "cone_tests"].map(|name| stats[name].as_u64().expect("it"))
     };
     let [general, ..] = boxes("general");
     let pencil: u64 = boxes("pencil").iter().sum();
-    assert!(
-        pencil * 100 < general,
-        "{pencil} of {general} are 1 % or more"
-    );
+    assert!(pencil * 100 < general, "{pencil} of {general} are 1 % or more");
 }
 
 #[test]

@@ -15,11 +15,7 @@ fn verify_finds_nothing_on_built_in_scenes() {
         let run = place.run(line);
         assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""), "{line}");
         assert!(run.stdout.contains(" rays, "), "{}", run.stdout);
-        assert!(
-            run.stdout.contains("general path: 0 differences"),
-            "{}",
-            run.stdout
-        );
+        assert!(run.stdout.contains("general path: 0 differences"), "{}", run.stdout);
         assert!(run.stdout.contains("0 really differ"), "{}", run.stdout);
     }
 }
@@ -29,11 +25,7 @@ fn verify_finds_nothing_on_built_in_scenes() {
 fn verify_takes_curved_lenses() {
     let run = Place::new().run("verify builtin:umbel:2000 --camera fisheye --size 60x60");
     assert_eq!(run.code, Some(0));
-    assert!(
-        run.stdout.contains("general path: 0 differences"),
-        "{}",
-        run.stdout
-    );
+    assert!(run.stdout.contains("general path: 0 differences"), "{}", run.stdout);
 }
 
 #[test]
@@ -43,10 +35,7 @@ fn verify_draws_its_differences() {
     assert_eq!(run.code, Some(0));
     let (width, height, pixels) = umbel::read_png_rgb8(&place.path("d.png")).expect("a picture");
     assert_eq!((width, height), (50, 40));
-    assert!(
-        pixels.chunks(3).all(|p| p != [235, 30, 30]),
-        "red is a real difference"
-    );
+    assert!(pixels.chunks(3).all(|p| p != [235, 30, 30]), "red is a real difference");
 }
 
 #[test]
@@ -55,12 +44,7 @@ fn info_as_text_and_json() {
     place.put("a.obj", format!("{SQUARES}v 9 9 9\nf 1 1 2\nf 7 5 6\n"));
     let run = place.run("info a.obj");
     assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""));
-    for line in [
-        "triangles        5",
-        "vertices         8",
-        "unused vertices  1",
-        "degenerate       1",
-    ] {
+    for line in ["triangles        5", "vertices         8", "unused vertices  1", "degenerate       1"] {
         assert!(run.stdout.contains(line), "{line}\n{}", run.stdout);
     }
     let run = place.run("info a.obj --json");
@@ -77,10 +61,7 @@ fn info_as_text_and_json() {
 #[test]
 fn what_is_not_finite_can_be_dropped() {
     let place = Place::new();
-    place.put(
-        "a.obj",
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 nan 0\nf 1 2 3\nf 2 4 3\n",
-    );
+    place.put("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 nan 0\nf 1 2 3\nf 2 4 3\n");
     let run = place.run("render a.obj --drop-non-finite --size 9x9 --aov id=id.npy");
     assert_eq!(run.code, Some(0));
     assert!(run.stderr.starts_with("warning: "), "{}", run.stderr);
@@ -92,48 +73,16 @@ fn help_and_version() {
     let place = Place::new();
     let version = place.run("--version");
     assert_eq!(version.code, Some(0));
-    assert_eq!(
-        version.stdout,
-        format!("umbel {}\n", env!("CARGO_PKG_VERSION"))
-    );
+    assert_eq!(version.stdout, format!("umbel {}\n", env!("CARGO_PKG_VERSION")));
     let help = place.run("--help");
     assert_eq!((help.code, help.stderr.as_str()), (Some(0), ""));
-    for word in [
-        "render",
-        "verify",
-        "info",
-        "Exit codes",
-        "--threads",
-        "--report",
-        "--max-memory",
-    ] {
+    for word in ["render", "verify", "info", "Exit codes", "--threads", "--report", "--max-memory"] {
         assert!(help.stdout.contains(word), "{word}");
     }
     for (verb, words) in [
-        (
-            "render",
-            [
-                "--aov",
-                "--samples",
-                "--eye",
-                "--cube-size",
-                "builtin:umbel",
-            ],
-        ),
-        (
-            "verify",
-            [
-                "--difference",
-                "--fov",
-                "--up",
-                "--height",
-                "builtin:cornell",
-            ],
-        ),
-        (
-            "info",
-            ["--json", "--quiet", "--verbose", "--color", "builtin:umbel"],
-        ),
+        ("render", ["--aov", "--samples", "--eye", "--cube-size", "builtin:umbel"]),
+        ("verify", ["--difference", "--fov", "--up", "--height", "builtin:cornell"]),
+        ("info", ["--json", "--quiet", "--verbose", "--color", "builtin:umbel"]),
     ] {
         let help = place.run(&format!("{verb} --help"));
         assert_eq!(help.code, Some(0));

@@ -9,14 +9,7 @@ use super::{Mesh, Random};
 
 /// An octahedron whose faces are cut in four `levels` times, vertices moved to `radius` of their direction.
 pub(crate) fn sphere(levels: u32, radius: impl Fn(DVec3) -> f64) -> Mesh {
-    let corners = [
-        DVec3::X,
-        DVec3::NEG_X,
-        DVec3::Y,
-        DVec3::NEG_Y,
-        DVec3::Z,
-        DVec3::NEG_Z,
-    ];
+    let corners = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
     let mut points = corners.to_vec();
     let mut triangles = Vec::new();
     for k in 0..8_u32 {
@@ -104,8 +97,7 @@ pub(crate) fn is_closed(mesh: &Mesh) -> bool {
         let [a, b, c] = [a, b, c].map(|&v| key(v));
         for (a, b) in [(a, b), (b, c), (c, a)] {
             // Opposite edges cancel; a degenerate edge cancels itself.
-            *balance.entry((a.min(b), a.max(b))).or_default() +=
-                i32::from(a < b) - i32::from(a > b);
+            *balance.entry((a.min(b), a.max(b))).or_default() += i32::from(a < b) - i32::from(a > b);
         }
     }
     balance.values().all(|&n| n == 0)

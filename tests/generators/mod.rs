@@ -6,10 +6,7 @@
 //!
 //! Based on: Guy Steele, Doug Lea, Christine Flood, "Fast Splittable Pseudorandom Number Generators", 2014 (SplitMix64).
 
-#![allow(
-    dead_code,
-    reason = "each test file includes this module and uses parts of it"
-)]
+#![allow(dead_code, reason = "each test file includes this module and uses parts of it")]
 
 use umbel::glam::DVec3;
 use umbel::{GridFilm, Triangles};
@@ -82,15 +79,8 @@ pub(crate) enum Kind {
     Layers,
 }
 
-pub(crate) const KINDS: [Kind; 7] = [
-    Kind::Lattice,
-    Kind::Floats,
-    Kind::Mixed,
-    Kind::Subnormal,
-    Kind::Shifted,
-    Kind::Slivers,
-    Kind::Layers,
-];
+pub(crate) const KINDS: [Kind; 7] =
+    [Kind::Lattice, Kind::Floats, Kind::Mixed, Kind::Subnormal, Kind::Shifted, Kind::Slivers, Kind::Layers];
 
 /// Positions and triangles.
 #[derive(Debug, Clone, Default)]
@@ -219,22 +209,14 @@ pub(crate) fn direction(random: &mut Random, kind: Kind, mesh: &Mesh, eye: DVec3
         6 => point(random, kind) - eye,
         _ => random.cube(),
     };
-    if d == DVec3::ZERO {
-        DVec3::Y
-    } else {
-        in_range(d)
-    }
+    if d == DVec3::ZERO { DVec3::Y } else { in_range(d) }
 }
 
 /// The nearest point that an origin may have: multiples of 2^-149.
 pub(crate) fn on_grid(p: DVec3) -> DVec3 {
     let grid = f64::from(f32::from_bits(1));
     let round = |x: f64| {
-        if x.abs() < 1e-28 {
-            (x / grid).round_ties_even() * grid
-        } else {
-            x
-        }
+        if x.abs() < 1e-28 { (x / grid).round_ties_even() * grid } else { x }
     };
     DVec3::from_array(p.to_array().map(round))
 }
@@ -246,17 +228,7 @@ fn in_range(d: DVec3) -> DVec3 {
 }
 
 /// Odd and even, thin and wide.
-const SIZES: [[u32; 2]; 9] = [
-    [1, 1],
-    [2, 2],
-    [7, 5],
-    [8, 8],
-    [64, 2],
-    [1, 13],
-    [9, 1],
-    [19, 11],
-    [67, 3],
-];
+const SIZES: [[u32; 2]; 9] = [[1, 1], [2, 2], [7, 5], [8, 8], [64, 2], [1, 13], [9, 1], [19, 11], [67, 3]];
 
 /// A film of directions from `eye`: `None` where the vectors do not fit the engine.
 pub(crate) fn film(random: &mut Random, kind: Kind, mesh: &Mesh, eye: DVec3) -> Option<GridFilm> {

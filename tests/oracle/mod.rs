@@ -25,10 +25,7 @@
 //! Based on: H. Edelsbrunner and E. P. Muecke, "Simulation of simplicity: a technique to cope with
 //! degenerate cases in geometric algorithms", 1990; G. Cramer's rule.
 
-#![allow(
-    dead_code,
-    reason = "each test file includes this module and uses parts of it"
-)]
+#![allow(dead_code, reason = "each test file includes this module and uses parts of it")]
 
 use std::cmp::Ordering;
 
@@ -68,11 +65,7 @@ pub(crate) fn covers(tri: [[f32; 3]; 3], ray: &OracleRay) -> bool {
 }
 
 /// The nearest hit with t_min < t < t_max: by exact t, then by id. Returns (id, rounded t).
-pub(crate) fn closest(
-    positions: &[[f32; 3]],
-    triangles: &[[u32; 3]],
-    ray: &OracleRay,
-) -> Option<(u32, f32)> {
+pub(crate) fn closest(positions: &[[f32; 3]], triangles: &[[u32; 3]], ray: &OracleRay) -> Option<(u32, f32)> {
     let mut best: Option<(u32, Quotient)> = None;
     for (id, &triangle) in (0..).zip(triangles) {
         let Some(t) = hit_between(positions, triangle, ray) else {
@@ -128,11 +121,7 @@ fn grid_point(fru: [[f64; 3]; 3], size: [u32; 2], pixel: [u32; 2], lowest: i64) 
     let [f, r, u] = fru.map(|v| v.map(Dyadic::from_f64));
     let [w, h] = size.map(|n| Dyadic::from_i64(i64::from(n)));
     let reach = (0..3)
-        .map(|k| {
-            f[k].abs()
-                .plus(&w.times(&r[k].abs()))
-                .plus(&h.times(&u[k].abs()))
-        })
+        .map(|k| f[k].abs().plus(&w.times(&r[k].abs())).plus(&h.times(&u[k].abs())))
         .max_by(Dyadic::compare)
         .expect("three axes");
     let q = lowest.max(reach.ceil_log2() - 52);
@@ -150,8 +139,8 @@ fn hit_between(positions: &[[f32; 3]], triangle: [u32; 3], ray: &OracleRay) -> O
     let corner = |v: u32| positions[usize::try_from(v).expect("an index fits")];
     let t = hit(triangle.map(corner), ray)?;
     let above = t.compare_f64(ray.t_min) == Ordering::Greater;
-    let below = ray.t_max == f64::INFINITY
-        || ray.t_max.is_finite() && t.compare_f64(ray.t_max) == Ordering::Less;
+    let below =
+        ray.t_max == f64::INFINITY || ray.t_max.is_finite() && t.compare_f64(ray.t_max) == Ordering::Less;
     (above && below).then_some(t)
 }
 
@@ -189,11 +178,7 @@ fn apart<T: Whole>(points: &Scaled<12>, direction: &Scaled<3>) -> bool {
 }
 
 /// [`hit`] in the integers `T`, which must be wide enough (see there).
-pub(crate) fn hit_in<T: Whole>(
-    points: &Scaled<12>,
-    direction: &Scaled<3>,
-    ties: Ties,
-) -> Option<Quotient> {
+pub(crate) fn hit_in<T: Whole>(points: &Scaled<12>, direction: &Scaled<3>, ties: Ties) -> Option<Quotient> {
     let corners = triples(&points.integers::<T>());
     let d: [T; 3] = direction.integers();
     let [o, a, b, c] = &corners;
@@ -220,11 +205,7 @@ pub(crate) fn hit_in<T: Whole>(
     }
     // The points' unit is to the third power in T, and to the second in D.
     let unit = points.exponent - direction.exponent;
-    Some(Quotient::new(
-        distance.into_big(),
-        denominator.into_big(),
-        unit,
-    ))
+    Some(Quotient::new(distance.into_big(), denominator.into_big(), unit))
 }
 
 /// The numerators [U, V, W] of the weights of b, c and a.

@@ -76,11 +76,7 @@ fn split(x: f64) -> (i64, i64) {
     let field = i64::try_from((bits >> 52) & 0x7ff).expect("11 bits");
     let fraction = i64::try_from(bits & ((1 << 52) - 1)).expect("52 bits");
     // Subnormals have no hidden bit, and the exponent of the smallest normals.
-    let magnitude = if field == 0 {
-        fraction
-    } else {
-        fraction | 1 << 52
-    };
+    let magnitude = if field == 0 { fraction } else { fraction | 1 << 52 };
     if magnitude == 0 {
         return (0, 0);
     }
@@ -104,15 +100,9 @@ impl<const N: usize> Scaled<N> {
         let parts = values.map(split);
         let live = || parts.iter().filter(|(m, _)| *m != 0);
         let exponent = live().map(|&(_, x)| x).min().unwrap_or(0);
-        let top = live()
-            .map(|&(m, x)| x + i64::from(m.unsigned_abs().ilog2()) + 1)
-            .max();
+        let top = live().map(|&(m, x)| x + i64::from(m.unsigned_abs().ilog2()) + 1).max();
         let bits = usize::try_from(top.unwrap_or(exponent) - exponent).expect("top >= bottom");
-        Self {
-            parts,
-            exponent,
-            bits,
-        }
+        Self { parts, exponent, bits }
     }
 
     /// The integers. `T` must hold `bits` bits and a sign.
@@ -134,39 +124,24 @@ pub(crate) struct Dyadic {
 impl Dyadic {
     pub(crate) fn from_f64(x: f64) -> Self {
         let (m, exponent) = split(x);
-        Self {
-            mantissa: BigInt::from(m),
-            exponent,
-        }
+        Self { mantissa: BigInt::from(m), exponent }
     }
 
     pub(crate) fn from_i64(n: i64) -> Self {
-        Self {
-            mantissa: BigInt::from(n),
-            exponent: 0,
-        }
+        Self { mantissa: BigInt::from(n), exponent: 0 }
     }
 
     pub(crate) fn abs(&self) -> Self {
-        Self {
-            mantissa: BigInt::from(self.mantissa.magnitude().clone()),
-            ..*self
-        }
+        Self { mantissa: BigInt::from(self.mantissa.magnitude().clone()), ..*self }
     }
 
     pub(crate) fn plus(&self, other: &Self) -> Self {
         let (a, b, exponent) = self.aligned(other);
-        Self {
-            mantissa: a + b,
-            exponent,
-        }
+        Self { mantissa: a + b, exponent }
     }
 
     pub(crate) fn times(&self, other: &Self) -> Self {
-        Self {
-            mantissa: &self.mantissa * &other.mantissa,
-            exponent: self.exponent + other.exponent,
-        }
+        Self { mantissa: &self.mantissa * &other.mantissa, exponent: self.exponent + other.exponent }
     }
 
     pub(crate) fn compare(&self, other: &Self) -> Ordering {
@@ -194,10 +169,7 @@ impl Dyadic {
             return self.clone();
         }
         let unit = BigInt::from(1) << (q - self.exponent);
-        Self {
-            mantissa: nearest_even(&self.mantissa, &unit),
-            exponent: q,
-        }
+        Self { mantissa: nearest_even(&self.mantissa, &unit), exponent: q }
     }
 
     /// self as f64. Panics unless that is exact.
@@ -212,11 +184,7 @@ impl Dyadic {
         // Two exact steps, since 2^exponent alone may be subnormal in f64 when self is not.
         let half = exponent / 2;
         let x = odd as f64 * power_of_two(half) * power_of_two(exponent - half);
-        assert_eq!(
-            split(x),
-            (odd, exponent),
-            "outside the range of f64: {self:?}"
-        );
+        assert_eq!(split(x), (odd, exponent), "outside the range of f64: {self:?}");
         x
     }
 }
@@ -232,18 +200,9 @@ impl Quotient {
     /// numerator * 2^exponent / denominator, for a denominator that is not zero.
     pub(crate) fn new(numerator: BigInt, denominator: BigInt, exponent: i64) -> Self {
         let flip = BigInt::from(Whole::sign(&denominator));
-        let numerator = Dyadic {
-            mantissa: numerator * &flip,
-            exponent,
-        };
-        let denominator = Dyadic {
-            mantissa: denominator * &flip,
-            exponent: 0,
-        };
-        Self {
-            numerator,
-            denominator,
-        }
+        let numerator = Dyadic { mantissa: numerator * &flip, exponent };
+        let denominator = Dyadic { mantissa: denominator * &flip, exponent: 0 };
+        Self { numerator, denominator }
     }
 
     pub(crate) fn compare(&self, other: &Self) -> Ordering {
@@ -252,8 +211,7 @@ impl Quotient {
     }
 
     pub(crate) fn compare_f64(&self, x: f64) -> Ordering {
-        self.numerator
-            .compare(&Dyadic::from_f64(x).times(&self.denominator))
+        self.numerator.compare(&Dyadic::from_f64(x).times(&self.denominator))
     }
 }
 
@@ -265,11 +223,7 @@ pub(crate) fn round_t(numerator: &Dyadic, denominator: &Dyadic) -> f32 {
     let exponent = numerator.exponent - denominator.exponent;
     // n/d is in (2^(l-1), 2^(l+1)): its leading bit is 2^l or 2^(l-1).
     let l = bit_length(n) - bit_length(d);
-    let leading = if (n << (-l).max(0)) >= (d << l.max(0)) {
-        l
-    } else {
-        l - 1
-    };
+    let leading = if (n << (-l).max(0)) >= (d << l.max(0)) { l } else { l - 1 };
     // The last bit of an f32 with that leading bit.
     let last = (leading + exponent - 23).max(-149);
     let shift = exponent - last;
@@ -289,11 +243,7 @@ fn nearest_even(n: &BigInt, d: &BigInt) -> BigInt {
     let one = BigInt::from(1);
     // BigInt divides towards zero.
     let truncated = n / d;
-    let floor = if &truncated * d > *n {
-        truncated - &one
-    } else {
-        truncated
-    };
+    let floor = if &truncated * d > *n { truncated - &one } else { truncated };
     let twice_rest: BigInt = (n - &floor * d) << 1;
     match twice_rest.cmp(d) {
         Ordering::Less => floor,
