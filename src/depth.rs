@@ -58,8 +58,9 @@ impl DepthBuffer {
         self.farthest = f64::NEG_INFINITY;
     }
 
-    /// A buffer for `rays` rays, none of which has hit anything.
+    /// A buffer for `rays` rays (rounded up to a multiple of eight), none of which has hit anything.
     pub(crate) fn new(rays: usize) -> Self {
+        let rays = rays.next_multiple_of(LANES);
         let blocks = rays.div_ceil(BLOCK);
         Self {
             lo: vec![f64::NEG_INFINITY; rays],
@@ -145,7 +146,8 @@ impl DepthBuffer {
         self.mark_stale(index / BLOCK);
     }
 
-    /// Writes ids and distances of at most eight consecutive rays. `ray` makes the ray with an index.
+    /// Writes ids and distances of at most eight rays, the first of them at a multiple of eight. `ray` makes the ray with an
+    /// index.
     #[inline(always)]
     pub(crate) fn write<S: Simd>(
         &self,
@@ -156,20 +158,15 @@ impl DepthBuffer {
         triangles: &Triangles<'_>,
         ray: impl Fn(usize) -> Ray,
     ) {
-        let end = first + ids.len();
-        ids.copy_from_slice(&self.ids[first..end]);
-        let (mut lo, mut hi) = ([0.0; LANES], [0.0; LANES]);
-        lo[..ids.len()].copy_from_slice(&self.lo[first..end]);
-        hi[..ids.len()].copy_from_slice(&self.hi[first..end]);
-        let (rounded, certain) = rounded_distances(simd, &lo, &hi, origin);
-        for (lane, (&id, t)) in ids.iter().zip(ts.iter_mut()).enumerate() {
-            // Missed, or settled: nobody asks for the distance.
-            if id != NO_TRIANGLE && lo[lane] != f64::INFINITY {
-                *t = rounded[lane];
-                if certain >> lane & 1 == 0 {
-                    *t = Distance::new(&ray(lane), &triangles.triangle(id)).rounded();
-                }
-            }
+        let count = ids.len();
+        let places = first..first + LANES;
+        let lo = Lanes::from_slice(simd, &self.lo[places.clone()]);
+        let hi = Lanes::from_slice(simd, &self.hi[places.clone()]);
+        let (rounded, doubtful) = rounded_distances(simd, lo, hi, origin);
+        ids.copy_from_slice(&self.ids[places][..count]);
+        ts.copy_from_slice(&rounded[..count]);
+        for lane in bits(doubtful & ((1 << count) - 1)) {
+            ts[lane] = Distance::new(&ray(lane), &triangles.triangle(ids[lane])).rounded();
         }
     }
 }
@@ -191,30 +188,28 @@ fn least(keys: &[f64]) -> f64 {
     least.iter().chain(rest).fold(f64::INFINITY, |least, &key| if key < least { key } else { least })
 }
 
-/// t of keys in [lo, hi], rounded, and the lanes, as bits, where that leaves no doubt about the nearest f32.
+/// t of keys in [lo, hi], rounded (+∞ where nothing was hit, and where nobody asks), and the lanes, as bits, where the
+/// nearest f32 is in doubt.
 #[inline(always)]
-fn rounded_distances<S: Simd>(
-    simd: S,
-    lo: &[f64; LANES],
-    hi: &[f64; LANES],
-    origin: Origin,
-) -> ([f32; LANES], u64) {
-    let (lo, hi) = (Lanes::load_array_ref(simd, lo), Lanes::load_array_ref(simd, hi));
+fn rounded_distances<S: Simd>(simd: S, lo: Lanes<S>, hi: Lanes<S>, origin: Origin) -> ([f32; LANES], u64) {
     let zero = Lanes::simd_from(simd, 0.0);
     let (least, greatest, valid) = match origin {
         Origin::Point(_) => ((zero + 1.0) / hi, (zero + 1.0) / lo, lo.simd_gt(zero)),
         Origin::Infinity(_) => (-hi, -lo, hi.simd_lt(zero)),
     };
+    // Misses have keys of −∞, settled rays of +∞.
+    let nothing = hi.simd_eq(zero + f64::NEG_INFINITY) | lo.simd_eq(zero + f64::INFINITY);
     // A quotient: one rounding. Rounding to f32 is monotonic, so equal ends leave no doubt.
     let (smallest, largest) = (f64::from(f32::from_bits(1)), f64::from(f32::MAX));
     let least = (least * (1.0 - 2.0 * U)).max(smallest).min(largest);
     let greatest = (greatest * (1.0 + 2.0 * U)).max(smallest).min(largest);
+    let least = nothing.select(zero + f64::INFINITY, least);
     let (low, high) = least.split();
     let least: f32x8<S> = low.narrow(high);
     let (low, high) = greatest.split();
     let greatest: f32x8<S> = low.narrow(high);
-    let certain = least.simd_eq(greatest).to_bitmask() & valid.to_bitmask();
-    (least.to_array(), certain)
+    let certain = (least.simd_eq(greatest).to_bitmask() & valid.to_bitmask()) | nothing.to_bitmask();
+    (least.to_array(), !certain & 0xFF)
 }
 
 /// Whether the first triangle comes before the second along the ray by (t, id), exactly.

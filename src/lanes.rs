@@ -178,6 +178,11 @@ impl Batch {
         self.len += 1;
     }
 
+    /// Forgets the triangles.
+    pub(crate) fn clear(&mut self) {
+        self.len = 0;
+    }
+
     pub(crate) fn is_full(&self) -> bool {
         self.len == LANES
     }

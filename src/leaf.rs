@@ -4,24 +4,23 @@
 //!
 //! 1. drop triangles whose corners all lie outside one side of the tile's frustum;
 //! 2. project the rest to columns and rows, and drop what falls between samples;
-//! 3. set up the rest, and evaluate them block by block (8x8 rays), row by row. A block is rejected or accepted as a whole
-//!    where an edge function has one sign on all of it, and dropped where the triangle lies behind all that it has hit.
-//!    Where the bound of f64 leaves doubt about a ray, the exact stage decides.
+//! 3. set up the rest and evaluate them, see [`crate::blocks`].
 //!
-//! Based on: Juan Pineda, "A Parallel Algorithm for Polygon Rasterization", 1988 (edge functions); Ned Greene,
-//! "Hierarchical Polygon Tiling with Coverage Masks", 1996.
+//! Triangles that pass a step wait until there are eight for the next one.
+//!
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
+//! 2011 ("DirectlyIntersect").
 
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 
 use crate::bounds::U;
-use crate::depth::{Candidate, DepthBuffer};
+use crate::depth::DepthBuffer;
 use crate::frustum::{Frustum, Interval, Projection};
-use crate::lanes::{Batch, Boxes, LANES, LaneMask, Lanes, Points, bits};
+use crate::lanes::{Batch, Boxes, LANES, Points, bits};
 use crate::pencil::Origin;
-use crate::predicates::covers;
-use crate::ray::Ray;
-use crate::setup::{Affine, TriangleSetup, set_up};
+use crate::runs::RUN;
+use crate::setup::BatchSetup;
 use crate::triangles::Triangles;
 use crate::window::{Rect, Window};
 use crate::{Aabb, Accuracy, GridFilm, Stats, TriangleId};
@@ -33,7 +32,7 @@ pub(crate) const TILE_SIDE: u32 = 64;
 /// Rays of a tile.
 pub(crate) const TILE_RAYS: usize = (TILE_SIDE * TILE_SIDE) as usize;
 /// Blocks along one side of a tile.
-const TILE_BLOCKS: u32 = TILE_SIDE / BLOCK_SIDE;
+pub(crate) const TILE_BLOCKS: u32 = TILE_SIDE / BLOCK_SIDE;
 
 /// Film coordinates are clamped to 2³¹ before they become columns: three roundings of numbers below 2³² err by less than
 /// 2⁻¹⁸ columns.
@@ -58,25 +57,21 @@ pub(crate) struct FilmQuery<'a> {
 /// The rays of a rectangle of a film, with what they have hit so far.
 #[derive(Debug)]
 pub(crate) struct Tile<'a> {
-    query: FilmQuery<'a>,
-    rect: Rect,
+    pub(crate) query: FilmQuery<'a>,
+    pub(crate) rect: Rect,
     pub(crate) frustum: Frustum,
     /// max |X| and max |Y|.
-    reach: [f64; 2],
+    pub(crate) reach: [f64; 2],
     pub(crate) depth: &'a mut DepthBuffer,
     /// Triangles that meet the frustum and wait for more, and max |A| of their corners.
     met: Batch,
     met_reach: DVec3,
     /// Triangles that may cover a sample and wait for more, with the columns and rows they may cover.
-    seen: Batch,
-    rects: [Rect; LANES],
-}
-
-/// A triangle on its way through the blocks of a tile.
-#[derive(Clone, Copy)]
-struct Primitive<'a> {
-    id: u32,
-    setup: &'a TriangleSetup,
+    pub(crate) seen: Batch,
+    pub(crate) rects: [Rect; LANES],
+    /// Triangles just read; setups just made.
+    run: [Batch; RUN / LANES],
+    pub(crate) setups: BatchSetup,
 }
 
 impl<'a> Tile<'a> {
@@ -103,6 +98,8 @@ impl<'a> Tile<'a> {
             met_reach: DVec3::ZERO,
             seen: Batch::EMPTY,
             rects,
+            run: [Batch::EMPTY; RUN / LANES],
+            setups: BatchSetup::EMPTY,
         }
     }
 
@@ -118,11 +115,11 @@ impl<'a> Tile<'a> {
 
     /// Tests a run of triangles within a box against all rays of the tile; some of them wait for [`Tile::flush`].
     pub(crate) fn intersect(&mut self, bounds: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats) {
-        let mut run = [Batch::EMPTY, Batch::EMPTY];
+        self.run.iter_mut().for_each(Batch::clear);
         for (place, id) in ids.enumerate() {
-            run[place / LANES].push(id, self.query.triangles.corners(TriangleId(id)));
+            self.run[place / LANES].push(id, self.query.triangles.corners(TriangleId(id)));
         }
-        dispatch!(self.query.level, simd => self.meet(simd, bounds, &run, stats));
+        dispatch!(self.query.level, simd => self.meet(simd, bounds, stats));
     }
 
     /// Tests the triangles that wait.
@@ -135,16 +132,16 @@ impl<'a> Tile<'a> {
 
     /// 1. What may meet the frustum waits in `met`.
     #[inline(always)]
-    fn meet<S: Simd>(&mut self, simd: S, bounds: &Aabb, run: &[Batch], stats: &mut Stats) {
+    fn meet<S: Simd>(&mut self, simd: S, bounds: &Aabb, stats: &mut Stats) {
         let base = self.query.projection.base;
         let (lo, hi) = bounds.corners();
         let reach = (lo - base).abs().max((hi - base).abs()) * (1.0 + 4.0 * U);
         self.met_reach = self.met_reach.max(reach);
-        for batch in run {
-            let corners = relative(simd, batch, base);
-            let kept = batch.lanes() & !self.frustum.excluded(simd, &corners, reach);
+        for batch in 0..self.run.len() {
+            let corners = relative(simd, &self.run[batch], base);
+            let kept = self.run[batch].lanes() & !self.frustum.excluded(simd, &corners, reach);
             for lane in bits(kept) {
-                self.met.push_lane(batch, lane);
+                self.met.push_lane(&self.run[batch], lane);
                 if self.met.is_full() {
                     self.project(simd, stats);
                     self.met_reach = reach;
@@ -182,163 +179,7 @@ impl<'a> Tile<'a> {
                 }
             }
         }
-        self.met.len = 0;
-    }
-
-    /// 3. Sets up the triangles of `seen` and tests them against the rays.
-    #[inline(always)]
-    fn rasterize<S: Simd>(&mut self, simd: S, stats: &mut Stats) {
-        let FilmQuery { origin, film, .. } = self.query;
-        stats.triangles_set_up += self.seen.len as u64;
-        let setups = set_up(simd, origin, film, &self.seen, self.reach);
-        for lane in bits(setups.lanes) {
-            let setup = setups.lane(lane);
-            let primitive = Primitive { id: self.seen.ids[lane], setup: &setup };
-            let rect = self.rects[lane];
-            for by in rect.y0 / BLOCK_SIDE..=(rect.y1 - 1) / BLOCK_SIDE {
-                for bx in rect.x0 / BLOCK_SIDE..=(rect.x1 - 1) / BLOCK_SIDE {
-                    let block = Rect {
-                        x0: rect.x0.max(bx * BLOCK_SIDE),
-                        y0: rect.y0.max(by * BLOCK_SIDE),
-                        x1: rect.x1.min((bx + 1) * BLOCK_SIDE),
-                        y1: rect.y1.min((by + 1) * BLOCK_SIDE),
-                    };
-                    self.intersect_block(simd, block, primitive, stats);
-                }
-            }
-        }
-        self.seen.len = 0;
-    }
-
-    /// Tests one triangle against the rays of a part of a block.
-    #[inline(always)]
-    fn intersect_block<S: Simd>(&mut self, simd: S, rect: Rect, primitive: Primitive<'_>, stats: &mut Stats) {
-        // Classify the block by the values at its middle and how far they can vary.
-        let film = self.query.film;
-        let setup = primitive.setup;
-        let (x0, x1) = (film.x(self.rect.x0 + rect.x0), film.x(self.rect.x0 + rect.x1 - 1));
-        let (y0, y1) = (film.y(self.rect.y0 + rect.y0), film.y(self.rect.y0 + rect.y1 - 1));
-        let (x, y, rx, ry) = ((x0 + x1) * 0.5, (y0 + y1) * 0.5, (x1 - x0) * 0.5, (y0 - y1) * 0.5);
-        let mut inside = true;
-        for edge in &setup.edges {
-            let (value, range) = (edge.at(x, y), edge.x.abs() * rx + edge.y.abs() * ry);
-            // The range is formed with three roundings; the error holds six of the full size.
-            if value + range < -2.0 * edge.error {
-                return;
-            }
-            inside &= value - range > 2.0 * edge.error;
-        }
-        let key = &setup.key;
-        let greatest = key.at(x, y) + key.x.abs() * rx + key.y.abs() * ry + 2.0 * key.error;
-        let block = (rect.y0 / BLOCK_SIDE * TILE_BLOCKS + rect.x0 / BLOCK_SIDE) as usize;
-        if self.depth.hides_in_block(block, greatest) {
-            return;
-        }
-        let first = rect.x0 / BLOCK_SIDE * BLOCK_SIDE;
-        let columns = (1_u64 << (rect.x1 - first)) - (1 << (rect.x0 - first));
-        let x = Lanes::load_array(simd, COLUMNS) * film.step() + film.x(self.rect.x0 + first);
-        for row in rect.y0..rect.y1 {
-            self.intersect_row(x, (first, row), columns, inside, primitive, stats);
-        }
-    }
-
-    /// Tests one triangle against eight rays of a row, of which `columns` are meant; `inside` where its edges are known to
-    /// hold all of them.
-    #[inline(always)]
-    fn intersect_row<S: Simd>(
-        &mut self,
-        x: Lanes<S>,
-        (first, row): (u32, u32),
-        columns: u64,
-        inside: bool,
-        primitive: Primitive<'_>,
-        stats: &mut Stats,
-    ) {
-        let FilmQuery { origin, film, accuracy, any, .. } = self.query;
-        let Primitive { id, setup } = primitive;
-        let simd = x.simd;
-        let zero = Lanes::simd_from(simd, 0.0);
-        let y = film.y(self.rect.y0 + row);
-        stats.samples_tested += u64::from(columns.count_ones());
-
-        // Edges: outside for certain, inside for certain, or in doubt.
-        let (mut kept, mut certain) = (columns, columns);
-        if !inside {
-            for (edge, &zero_is_inside) in setup.edges.iter().zip(&setup.zero_is_inside) {
-                let value = at(edge, x, y);
-                if accuracy == Accuracy::Fast {
-                    let in_front = if zero_is_inside { value.simd_ge(zero) } else { value.simd_gt(zero) };
-                    kept &= in_front.to_bitmask();
-                } else {
-                    kept &= value.simd_ge(zero - edge.error).to_bitmask();
-                    certain &= value.simd_gt(zero + edge.error).to_bitmask();
-                }
-            }
-            if kept == 0 {
-                return;
-            }
-        }
-
-        // Depth: drop what lies behind; at infinity also what lies behind the start point.
-        let key = at(&setup.key, x, y);
-        let (lo, hi) = (key - setup.key.error, key + setup.key.error);
-        let base = place(first, row);
-        let near_lo = Lanes::from_slice(simd, &self.depth.lo[base..base + LANES]);
-        let near_hi = Lanes::from_slice(simd, &self.depth.hi[base..base + LANES]);
-        kept &= !hi.simd_lt(near_lo).to_bitmask();
-        if matches!(origin, Origin::Infinity(_)) {
-            kept &= !lo.simd_gt(zero).to_bitmask();
-            certain &= hi.simd_lt(zero).to_bitmask();
-            if accuracy == Accuracy::Fast {
-                kept &= key.simd_lt(zero).to_bitmask();
-            }
-        }
-        if accuracy == Accuracy::Fast {
-            certain = columns;
-        }
-
-        // What is certain is kept as it is; the rest goes to the exact stage.
-        let sure = kept & certain & lo.simd_gt(near_hi).to_bitmask();
-        if sure != 0 && !any {
-            let mask = LaneMask::from_bitmask(simd, sure);
-            mask.select(lo, near_lo).store_slice(&mut self.depth.lo[base..base + LANES]);
-            mask.select(hi, near_hi).store_slice(&mut self.depth.hi[base..base + LANES]);
-            let ids = &mut self.depth.ids[base..base + LANES];
-            if sure == 0xFF {
-                ids.fill(id)
-            } else {
-                bits(sure).for_each(|lane| ids[lane] = id)
-            }
-            self.depth.mark_stale(base / (BLOCK_SIDE * BLOCK_SIDE) as usize);
-            kept &= !sure;
-        }
-        if kept != 0 {
-            let (lo, hi) = (lo.to_array(), hi.to_array());
-            for lane in bits(kept) {
-                let candidate = Candidate { id, lo: lo[lane], hi: hi[lane] };
-                // In range: fewer than eight columns.
-                self.decide(candidate, (first + lane as u32, row), certain >> lane & 1 == 1, stats);
-            }
-        }
-    }
-
-    /// Decides one ray exactly: coverage where it is in doubt, then the order.
-    #[inline(never)]
-    fn decide(&mut self, candidate: Candidate, (i, j): (u32, u32), covered: bool, stats: &mut Stats) {
-        let FilmQuery { origin, film, accuracy, any, triangles, .. } = self.query;
-        let ray = || -> Ray { origin.ray(film.at(self.rect.x0 + i, self.rect.y0 + j)) };
-        if !covered {
-            let triangle = triangles.triangle(candidate.id);
-            if !covers(&ray(), &triangle, origin.ties(), &mut stats.ambiguous_coverage) {
-                return;
-            }
-        }
-        if any {
-            self.depth.settle(place(i, j), candidate.id);
-        } else {
-            let exact: Option<&dyn Fn() -> Ray> = if accuracy == Accuracy::Exact { Some(&ray) } else { None };
-            self.depth.offer(place(i, j), candidate, triangles, exact, &mut stats.ambiguous_order);
-        }
+        self.met.clear();
     }
 
     /// Writes what the rays have hit.
@@ -362,15 +203,6 @@ impl<'a> Tile<'a> {
     }
 }
 
-/// An affine function at eight X and one Y.
-#[inline(always)]
-fn at<S: Simd>(v: &Affine, x: Lanes<S>, y: f64) -> Lanes<S> {
-    x * v.x + (v.c + v.y * y)
-}
-
-/// 0 to 7.
-const COLUMNS: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-
 /// The corners of a batch, from the base of the film's coordinates.
 #[inline(always)]
 fn relative<S: Simd>(simd: S, batch: &Batch, base: DVec3) -> [Points<S>; 3] {
@@ -380,7 +212,7 @@ fn relative<S: Simd>(simd: S, batch: &Batch, base: DVec3) -> [Points<S>; 3] {
 }
 
 /// The place of a ray in the depth buffer of a tile: block by block, row by row within a block.
-fn place(x: u32, y: u32) -> usize {
+pub(crate) fn place(x: u32, y: u32) -> usize {
     let block = (y / BLOCK_SIDE) * TILE_BLOCKS + x / BLOCK_SIDE;
     (block * BLOCK_SIDE * BLOCK_SIDE + y % BLOCK_SIDE * BLOCK_SIDE + x % BLOCK_SIDE) as usize
 }

@@ -11,6 +11,7 @@
 //! 2011.
 
 mod approx;
+mod blocks;
 mod bounds;
 mod cone;
 mod departure;

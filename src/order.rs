@@ -1,6 +1,6 @@
 //! Orders triangles along a space-filling curve, in linear time, where the order of the file is poor.
 //!
-//! Cells of 32³ over the box of all centres are numbered along Lebesgue's (Morton's) curve. One counting sort brings the
+//! A triangle counts by its first corner. Cells of 32³ over the box of all positions are numbered along Lebesgue's (Morton's) curve. One counting sort brings the
 //! triangles into the order of cells; inside a cell a comparison sort by the finer 10-bit-per-axis code and the id finishes.
 //! Memory: 4 bytes per triangle for the permutation, which stays, and 2 for the cells, which do not.
 //!
@@ -19,8 +19,8 @@ const CELL_BITS: u32 = 5;
 const FINE_BITS: u32 = 10;
 
 /// The triangles in the order of the curve.
-pub(crate) fn along_curve(triangles: &Triangles<'_>, bounds: &Aabb) -> Vec<u32> {
-    let grid = Grid::over(bounds);
+pub(crate) fn along_curve(triangles: &Triangles<'_>) -> Vec<u32> {
+    let grid = Grid::over(&triangles.position_bounds());
     // In range: there are fewer than 2³² triangles.
     let count = triangles.len() as u32;
     let cells: Vec<u16> = (0..count).into_par_iter().map(|id| grid.cell(triangles, id)).collect();
@@ -83,12 +83,12 @@ impl Grid {
         }
     }
 
-    /// The cell coordinates of a triangle's box centre, CELL_BITS + FINE_BITS bits each.
+    /// The cell coordinates of a triangle's first corner, CELL_BITS + FINE_BITS bits each.
     fn place(&self, triangles: &Triangles<'_>, id: u32) -> [u32; 3] {
-        let centre = triangles.bounds(id).centre();
+        let corner = triangles.first_corner(id);
         let last = (1 << (CELL_BITS + FINE_BITS)) - 1;
         // The cast saturates, and the minimum keeps the far side inside.
-        [0, 1, 2].map(|k| (((centre[k] - self.lo[k]) * self.cells_per_unit) as u32).min(last))
+        [0, 1, 2].map(|k| (((f64::from(corner[k]) - self.lo[k]) * self.cells_per_unit) as u32).min(last))
     }
 
     /// The number of a triangle's cell along the curve.
@@ -135,7 +135,7 @@ mod tests {
             (0..999_u16).map(|i| [f32::from(i * 37 % 101), f32::from(i % 7), 0.0]).collect();
         let indices: Vec<[u32; 3]> = (0..997).map(|i| [i, i + 1, i + 2]).collect();
         let triangles = Triangles::new(&positions, &indices).expect("valid triangles");
-        let mut order = along_curve(&triangles, &Aabb::of_points(positions.iter().copied()));
+        let mut order = along_curve(&triangles);
         order.sort_unstable();
         assert!(order.into_iter().eq(0..997));
     }

@@ -24,7 +24,10 @@ pub(crate) const RUN: usize = 16;
 /// Children per node: one vector of boxes.
 const FANOUT: usize = LANES;
 /// Runs whose boxes have more than this multiple of the area of their triangles' boxes are ordered anew.
-const COHERENT_AREA: f64 = 4.0;
+const COHERENT_AREA: f64 = 2.0;
+
+/// One run in this many is looked at to judge the order.
+const SAMPLED: usize = 8;
 
 /// A node of the implicit hierarchy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,14 +49,9 @@ pub(crate) struct Runs {
 impl Runs {
     /// Runs in the order of the file, or in a better one. O(n).
     pub(crate) fn new(triangles: &Triangles<'_>) -> Self {
-        let (boxes, area_of_runs, area) = run_boxes(triangles, &[]);
-        let mut runs = Self { order: Vec::new(), levels: vec![boxes], triangles: triangles.len() };
-        if area_of_runs > COHERENT_AREA * area {
-            let bounds = runs.levels[0].iter().map(union).fold(Aabb::EMPTY, Aabb::union);
-            runs.levels.clear();
-            runs.order = along_curve(triangles, &bounds);
-            runs.levels.push(run_boxes(triangles, &runs.order).0);
-        }
+        let order = if is_coherent(triangles) { Vec::new() } else { along_curve(triangles) };
+        let boxes = run_boxes(triangles, &order);
+        let mut runs = Self { order, levels: vec![boxes], triangles: triangles.len() };
         while let Some(top) = runs.levels.last().filter(|top| top.len() > 1) {
             let next = top.chunks(FANOUT).map(|children| gather(children.iter().map(union))).collect();
             runs.levels.push(next);
@@ -111,33 +109,33 @@ fn id_at(order: &[u32], place: usize) -> u32 {
     order.get(place).copied().unwrap_or(place as u32)
 }
 
-/// The boxes of all runs, the sum of their areas, and that of the triangles' own boxes.
-fn run_boxes(triangles: &Triangles<'_>, order: &[u32]) -> (Vec<Boxes>, f64, f64) {
-    let count = triangles.len();
-    let of_run = |run: usize| {
-        range(run, count).fold((Aabb::EMPTY, 0.0), |(bounds, area), place| {
-            let own = triangles.bounds(id_at(order, place));
+/// Whether the order of the file is a good one: by the areas of one run in [`SAMPLED`].
+fn is_coherent(triangles: &Triangles<'_>) -> bool {
+    let runs = triangles.len().div_ceil(RUN);
+    let areas = (0..runs).step_by(SAMPLED).map(|run| {
+        range(run, triangles.len()).fold((Aabb::EMPTY, 0.0), |(bounds, area), place| {
+            let own = triangles.bounds(id_at(&[], place));
             (bounds.union(own), area + area_of(&own))
         })
+    });
+    let (of_runs, of_triangles) =
+        areas.fold((0.0, 0.0), |sum, (bounds, area)| (sum.0 + area_of(&bounds), sum.1 + area));
+    of_runs <= COHERENT_AREA * of_triangles
+}
+
+/// The boxes of all runs.
+fn run_boxes(triangles: &Triangles<'_>, order: &[u32]) -> Vec<Boxes> {
+    let count = triangles.len();
+    let of_run = |run: usize| {
+        range(run, count)
+            .fold(Aabb::EMPTY, |bounds, place| bounds.union(triangles.bounds(id_at(order, place))))
     };
     let runs = count.div_ceil(RUN);
-    let vectors: Vec<(Boxes, f64, f64)> = (0..runs.div_ceil(FANOUT))
+    (0..runs.div_ceil(FANOUT))
         .into_par_iter()
         .with_min_len(32)
-        .map(|vector| {
-            let (mut boxes, mut area_of_runs, mut area) = (Boxes::EMPTY, 0.0, 0.0);
-            for run in vector * FANOUT..(vector * FANOUT + FANOUT).min(runs) {
-                let (bounds, own) = of_run(run);
-                boxes.set(run % FANOUT, &bounds);
-                area_of_runs += area_of(&bounds);
-                area += own;
-            }
-            (boxes, area_of_runs, area)
-        })
-        .collect();
-    let area_of_runs = vectors.iter().map(|&(_, area, _)| area).sum();
-    let area = vectors.iter().map(|&(_, _, area)| area).sum();
-    (vectors.into_iter().map(|(boxes, ..)| boxes).collect(), area_of_runs, area)
+        .map(|vector| gather((vector * FANOUT..(vector * FANOUT + FANOUT).min(runs)).map(of_run)))
+        .collect()
 }
 
 /// Half the surface of a box. Flat boxes count by their perimeter as well, or a wall would weigh nothing.

@@ -59,6 +59,7 @@ pub(crate) struct TriangleSetup {
 }
 
 /// Eight triangles on a film.
+#[derive(Debug)]
 pub(crate) struct BatchSetup {
     /// c, x, y and error of three edges and the key, lane by lane.
     values: [[[f64; LANES]; 4]; 4],
@@ -68,6 +69,9 @@ pub(crate) struct BatchSetup {
 }
 
 impl BatchSetup {
+    /// No triangles.
+    pub(crate) const EMPTY: Self = Self { values: [[[0.0; LANES]; 4]; 4], zero_is_inside: [0; 3], lanes: 0 };
+
     /// One of the triangles.
     pub(crate) fn lane(&self, lane: usize) -> TriangleSetup {
         let affine = |k: usize| {
@@ -90,7 +94,8 @@ pub(crate) fn set_up<S: Simd>(
     film: &GridFilm,
     batch: &Batch,
     reach: [f64; 2],
-) -> BatchSetup {
+    setup: &mut BatchSetup,
+) {
     let span = film.span();
     let base = match origin {
         Origin::Point(point) => point,
@@ -116,7 +121,7 @@ pub(crate) fn set_up<S: Simd>(
     let zero = Lanes::simd_from(simd, 0.0);
     let negative_mask = LaneMask::from_bitmask(simd, negative.0);
 
-    let mut setup = BatchSetup { values: [[[0.0; LANES]; 4]; 4], zero_is_inside: [0; 3], lanes: negative.1 };
+    setup.lanes = negative.1;
     for edge in 0..3 {
         let next = (edge + 1) % 3;
         let along = corners[next].minus(corners[edge]);
@@ -148,7 +153,6 @@ pub(crate) fn set_up<S: Simd>(
     let (right, up) = (Product::with(normal, span[1]), Product::with(normal, span[2]));
     let (first, right) = (first.over(denominator, zero), right.over(denominator, zero));
     setup.values[3] = affine(first, right, up.over(denominator, zero), reach);
-    setup
 }
 
 /// A value per lane, and a bound of its error.

@@ -1,6 +1,7 @@
 //! Triangles as the engine takes them: borrowed positions and indices, checked once at the door.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::{Aabb, Error};
 
@@ -64,6 +65,17 @@ impl<'a> Triangles<'a> {
     pub(crate) fn triangle(&self, id: u32) -> Triangle {
         let [a, b, c] = self.indices[id as usize].map(|v| widen(self.positions[v as usize]));
         Triangle { a, b, c }
+    }
+
+    /// The first corner of a triangle.
+    pub(crate) fn first_corner(&self, id: u32) -> [f32; 3] {
+        self.positions[self.indices[id as usize][0] as usize]
+    }
+
+    /// The box of all positions, used or not.
+    pub(crate) fn position_bounds(&self) -> Aabb {
+        let of_chunk = |chunk: &[[f32; 3]]| Aabb::of_points(chunk.iter().copied());
+        self.positions.par_chunks(1 << 14).map(of_chunk).reduce(|| Aabb::EMPTY, Aabb::union)
     }
 
     /// The box of one triangle.

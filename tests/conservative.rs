@@ -21,7 +21,7 @@ use umbel::{Aabb, Cone, Film, Frustum, GridFilm, Origin, Pencil, Ray};
 fn neighbours(x: &Dyadic, near: f64) -> Option<(f32, f32)> {
     let compare = |y: f32| Dyadic::from_f64(f64::from(y)).compare(x);
     let (mut lo, mut hi) = (near as f32, near as f32);
-    if !(near.abs() < 1e37) {
+    if near.is_nan() || near.abs() >= 1e37 {
         return None;
     }
     while compare(lo).is_gt() {
