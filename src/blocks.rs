@@ -150,8 +150,7 @@ impl Tile<'_> {
         let key = columns.key + (setup.key.c + setup.key.y * y);
         let (lo, hi) = (key - setup.key.error, key + setup.key.error);
         let base = place(first, row);
-        let near_lo = Lanes::from_slice(simd, &self.depth.lo[base..base + LANES]);
-        let near_hi = Lanes::from_slice(simd, &self.depth.hi[base..base + LANES]);
+        let [near_lo, near_hi] = self.depth.keys(simd, base);
         let (mut kept, mut sure) = (hi.simd_ge(near_lo), lo.simd_gt(near_hi));
         if matches!(origin, Origin::Infinity(_)) {
             // Rays start at their start points.
@@ -184,14 +183,7 @@ impl Tile<'_> {
         if sure != 0 {
             let mask = LaneMask::from_bitmask(simd, sure);
             let (lo, hi) = if any { (zero + f64::INFINITY, zero + f64::INFINITY) } else { (lo, hi) };
-            mask.select(lo, near_lo).store_slice(&mut self.depth.lo[base..base + LANES]);
-            mask.select(hi, near_hi).store_slice(&mut self.depth.hi[base..base + LANES]);
-            let ids = &mut self.depth.ids[base..base + LANES];
-            if sure == 0xFF {
-                ids.fill(id);
-            } else {
-                bits(sure).for_each(|lane| ids[lane] = id);
-            }
+            self.depth.keep(base, [mask.select(lo, near_lo), mask.select(hi, near_hi)], sure, id);
         }
         if kept != sure {
             let (lo, hi) = (lo.to_array(), hi.to_array());

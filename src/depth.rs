@@ -36,9 +36,9 @@ pub(crate) struct Candidate {
 #[derive(Debug)]
 pub(crate) struct DepthBuffer {
     /// Bounds of each ray's key: −∞ for none, +∞ where nothing more matters.
-    pub(crate) lo: Vec<f64>,
-    pub(crate) hi: Vec<f64>,
-    pub(crate) ids: Vec<u32>,
+    lo: Vec<f64>,
+    hi: Vec<f64>,
+    ids: Vec<u32>,
     /// Per block of [`BLOCK`] rays, a lower bound of their keys.
     far: Vec<f64>,
     /// Blocks whose bound is out of date.
@@ -109,6 +109,27 @@ impl DepthBuffer {
         key < self.far[block]
     }
 
+    /// Bounds of the keys of eight rays.
+    #[inline(always)]
+    pub(crate) fn keys<S: Simd>(&self, simd: S, first: usize) -> [Lanes<S>; 2] {
+        let places = first..first + LANES;
+        [Lanes::from_slice(simd, &self.lo[places.clone()]), Lanes::from_slice(simd, &self.hi[places])]
+    }
+
+    /// Keeps bounds of the keys of eight rays, and an id for some of them.
+    #[inline(always)]
+    pub(crate) fn keep<S: Simd>(&mut self, first: usize, [lo, hi]: [Lanes<S>; 2], lanes: u64, id: u32) {
+        let places = first..first + LANES;
+        lo.store_slice(&mut self.lo[places.clone()]);
+        hi.store_slice(&mut self.hi[places.clone()]);
+        let ids = &mut self.ids[places];
+        if lanes == 0xFF {
+            ids.fill(id);
+        } else {
+            bits(lanes).for_each(|lane| ids[lane] = id);
+        }
+    }
+
     /// Whether the candidate is certainly farther than what the ray has hit.
     pub(crate) fn is_behind(&self, ray: usize, candidate: &Candidate) -> bool {
         candidate.hi < self.lo[ray]
@@ -159,11 +180,9 @@ impl DepthBuffer {
         ray: impl Fn(usize) -> Ray,
     ) {
         let count = ids.len();
-        let places = first..first + LANES;
-        let lo = Lanes::from_slice(simd, &self.lo[places.clone()]);
-        let hi = Lanes::from_slice(simd, &self.hi[places.clone()]);
+        let [lo, hi] = self.keys(simd, first);
         let (rounded, doubtful) = rounded_distances(simd, lo, hi, origin);
-        ids.copy_from_slice(&self.ids[places][..count]);
+        ids.copy_from_slice(&self.ids[first..first + count]);
         ts.copy_from_slice(&rounded[..count]);
         for lane in bits(doubtful & ((1 << count) - 1)) {
             ts[lane] = Distance::new(&ray(lane), &triangles.triangle(ids[lane])).rounded();

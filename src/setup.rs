@@ -125,25 +125,12 @@ pub(crate) fn set_up<S: Simd>(
     for edge in 0..3 {
         let next = (edge + 1) % 3;
         let along = corners[next].minus(corners[edge]);
-        let (from, to) = (relative[edge], relative[next]);
-        let (n, first) = match origin {
-            Origin::Point(_) => {
-                let n = CrossLanes::of(from.plus(to), from.abs().plus(to.abs()), along);
-                (n, Product::with(n, span[0]))
-            }
-            Origin::Infinity(d) => {
-                let d = Points::splat(simd, d);
-                let n = CrossLanes::of(d, d.abs(), along);
-                // relative = a − F: the sum has the opposite sign of (F − a) + (F − b).
-                (n, Product::sized(n, from.plus(to), from.abs().plus(to.abs())).negated())
-            }
-        };
-        let twice = if matches!(origin, Origin::Infinity(_)) { 2.0 } else { 1.0 };
-        let (right, up) = (Product::with(n, span[1] * twice), Product::with(n, span[2] * twice));
+        let ends = [relative[edge], relative[next]];
+        let (lead, [first, right, up]) = edge_function(simd, origin, span, ends, along);
         let (first, right, up) =
             (first.signed(negative_mask), right.signed(negative_mask), up.signed(negative_mask));
         setup.values[edge] = affine(first, right, up, reach);
-        setup.zero_is_inside[edge] = leads_positive(n.value, zero) ^ negative.0;
+        setup.zero_is_inside[edge] = leads_positive(lead, zero) ^ negative.0;
     }
 
     let first = match origin {
@@ -153,6 +140,31 @@ pub(crate) fn set_up<S: Simd>(
     let (right, up) = (Product::with(normal, span[1]), Product::with(normal, span[2]));
     let (first, right) = (first.over(denominator, zero), right.over(denominator, zero));
     setup.values[3] = affine(first, right, up.over(denominator, zero), reach);
+}
+
+/// n of an edge with two ends (from the base) and their difference, and twice (c, x, y) of its edge function.
+#[inline(always)]
+fn edge_function<S: Simd>(
+    simd: S,
+    origin: Origin,
+    span: [DVec3; 3],
+    [from, to]: [Points<S>; 2],
+    along: Points<S>,
+) -> (Points<S>, [Product<S>; 3]) {
+    let size = from.abs().plus(to.abs());
+    match origin {
+        Origin::Point(_) => {
+            let n = CrossLanes::of(from.plus(to), size, along);
+            (n.value, [Product::with(n, span[0]), Product::with(n, span[1]), Product::with(n, span[2])])
+        }
+        Origin::Infinity(d) => {
+            let d = Points::splat(simd, d);
+            let n = CrossLanes::of(d, d.abs(), along);
+            // The ends are a − F and b − F: their sum has the opposite sign of (F − a) + (F − b).
+            let first = Product::sized(n, from.plus(to), size).negated();
+            (n.value, [first, Product::with(n, span[1] * 2.0), Product::with(n, span[2] * 2.0)])
+        }
+    }
 }
 
 /// A value per lane, and a bound of its error.

@@ -10,7 +10,7 @@
 //!
 //! ```text
 //! UMBEL_WATERTIGHT_TIMES=20 cargo test --release -p umbel --test watertight -- --nocapture
-//! UMBEL_SCENES=/tmp/scenes cargo test --release -p umbel --test watertight -- --ignored --nocapture
+//! UMBEL_SCENES=DIRECTORY cargo test --release -p umbel --test watertight -- --ignored --nocapture
 //! ```
 //!
 //! Based on: Sven Woop, Carsten Benthin, Ingo Wald, "Watertight Ray/Triangle Intersection", 2013 (the question).
