@@ -15,9 +15,9 @@ use crate::triangles::widen;
 /// The unit roundoff of f64: one correctly rounded operation errs by at most this factor.
 pub(crate) const U: f64 = f64::EPSILON / 2.0;
 
-/// A slab distance (b − o)/d is one subtraction and one division: a relative error of at most 2u + u². Twice that
-/// leaves room for forming the slack itself.
-const SLAB_SLACK: f64 = 4.0 * U;
+/// A slab distance (b − o)/d is one subtraction and one division, and d may be a rounded difference: three roundings. As
+/// much again leaves room for forming the slack itself.
+const SLAB_SLACK: f64 = 6.0 * U;
 
 /// An axis-aligned box: the closed set `lo ≤ x ≤ hi`. Empty when `lo > hi`.
 #[derive(Debug, Clone, Copy, PartialEq)]

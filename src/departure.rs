@@ -2,8 +2,10 @@
 //!
 //! The point p = Σ w_k v_k is moved toward the centroid until it lies 8 ulp (of its largest coordinate) from every edge, or
 //! to the centroid where the triangle is too thin for that, and rounded to f32. While orient3d shows it strictly on the
-//! wrong side of the plane it steps one ulp along the axis with the largest |N_k|·ulp(p_k). A rounded point is at most half an
-//! ulp per axis away from the plane, so that a few such steps are enough.
+//! wrong side of the plane it steps one ulp u_k along the axis with the largest |N_k|·u_k. Where the coordinates of the corners
+//! cancel, an ulp of p_k can be far less than the error of p_k in f64: u_k is then that error. A rounded point is at most
+//! u_k/2 + u_k/4 away from the true one per axis, so that a few such steps are enough. N_k are orientations in the coordinate
+//! planes: of a sliver's rounded normal not even the signs would be sure.
 //!
 //! Promised: the ray from there to its side never hits the triangle itself, nor any triangle in its plane, nor anything in
 //! the closed half space behind that plane; what lies farther from the true point than ρ = inset + 5 ulp per axis is decided
@@ -14,6 +16,7 @@
 //! in ulp); Jonathan Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997.
 
 use glam::DVec3;
+use robust::{Coord, orient2d};
 
 use crate::approx::{Cross, Sign};
 use crate::predicates::{collinear, facing, orientation};
@@ -25,6 +28,10 @@ const INSET_ULPS: f64 = 8.0;
 
 /// Steps after which a point would have to be on the right side many times over: 4 are enough in exact arithmetic.
 const MOST_STEPS: u32 = 16;
+
+/// Σ w_k v_k in f64 is at most four roundings of the largest coordinate from the true point, 2⁻⁵¹ of it. Steps are at least
+/// four times as long.
+const LEAST_STEP: f64 = 8.0 * f64::EPSILON;
 
 /// A side of a triangle's plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,13 +84,14 @@ impl Triangles<'_> {
         if collinear(&triangle) {
             return point;
         }
-        let normal = scaled_normal(&triangle, side);
+        let normal = normal_toward(&triangle, side);
+        let least = LEAST_STEP * largest_coordinate(&triangle);
         // orient3d is positive for points on the back.
         let wrong = if side == Side::Front { Sign::Positive } else { Sign::Negative };
         let is_wrong = |p: [f32; 3]| orientation(triangle.a, triangle.b, triangle.c, widen(p)) == wrong;
         let mut steps = 0;
         while steps < MOST_STEPS && is_wrong(point) {
-            point = step(point, normal);
+            point = step(point, normal, least);
             steps += 1;
         }
         point
@@ -93,37 +101,53 @@ impl Triangles<'_> {
 /// Weights moved toward the centroid until the point lies [`INSET_ULPS`] from every edge.
 fn inset(triangle: &Triangle, weights: [f64; 3]) -> [f64; 3] {
     let Triangle { a, b, c } = *triangle;
-    let largest = [a, b, c].iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
-    let distance = INSET_ULPS * ulp(largest as f32);
+    let distance = INSET_ULPS * ulp(largest_coordinate(triangle) as f32);
     let double_area = length(Cross::of(b - a, c - a).value);
     // The weight of a corner is the distance from the opposite edge over the height.
     let needed = [c - b, a - c, b - a].map(|edge| distance * length(edge) / double_area);
     let mut amount: f64 = 0.0;
-    for (&weight, needed) in weights.iter().zip(needed) {
+    for (&weight, &needed) in weights.iter().zip(&needed) {
         if weight < needed {
             let share = (needed - weight) / (1.0 / 3.0 - weight);
             amount = if (0.0..1.0).contains(&share) { amount.max(share) } else { 1.0 };
         }
     }
-    weights.map(|weight| weight + amount * (1.0 / 3.0 - weight))
+    let moved = |amount: f64| weights.map(|weight| weight + amount * (1.0 / 3.0 - weight));
+    // A large weight shrinks on the way: too thin for it at the centroid may mean too thin where the others have enough.
+    let too_thin = |(&weight, &needed): (&f64, &f64)| needed > 1.0 / 3.0 && weight < needed;
+    if moved(amount).iter().zip(&needed).any(too_thin) { moved(1.0) } else { moved(amount) }
 }
 
-/// The point one ulp farther along the axis on which that gets it farthest along the normal.
-fn step(mut point: [f32; 3], normal: DVec3) -> [f32; 3] {
-    let gain = |k: usize| normal[k].abs() * ulp(point[k]);
+/// The point one step farther along the axis on which that gets it farthest along the normal. Steps that would leave the
+/// range of f32 are none.
+fn step(mut point: [f32; 3], normal: DVec3, least: f64) -> [f32; 3] {
+    let next = [0, 1, 2].map(|k| {
+        let length = ulp(point[k]).max(least);
+        (f64::from(point[k]) + if normal[k] > 0.0 { length } else { -length }) as f32
+    });
+    let gain = |k: usize| {
+        if next[k].is_finite() { normal[k].abs() * ulp(point[k]).max(least) } else { -1.0 }
+    };
     let axis = (0..3).fold(0, |best, k| if gain(k) > gain(best) { k } else { best });
-    let next = if normal[axis] > 0.0 { point[axis].next_up() } else { point[axis].next_down() };
-    if next.is_finite() {
-        point[axis] = next;
+    if next[axis].is_finite() {
+        point[axis] = next[axis];
     }
     point
 }
 
-/// The normal toward a side, of any length, its components neither all tiny nor all huge.
-fn scaled_normal(triangle: &Triangle, side: Side) -> DVec3 {
-    let (ab, ac) = (triangle.b - triangle.a, triangle.c - triangle.a);
-    let normal = Cross::of(ab / ab.abs().max_element(), ac / ac.abs().max_element()).value;
+/// The normal toward a side: the signs of its components are exact. f32 coordinates keep it in the range of f64.
+fn normal_toward(triangle: &Triangle, side: Side) -> DVec3 {
+    let component = |k: usize| {
+        let coord = |p: DVec3| Coord { x: p[(k + 1) % 3], y: p[(k + 2) % 3] };
+        orient2d(coord(triangle.a), coord(triangle.b), coord(triangle.c))
+    };
+    let normal = DVec3::new(component(0), component(1), component(2));
     if side == Side::Front { normal } else { -normal }
+}
+
+/// The largest coordinate of the corners, without its sign.
+fn largest_coordinate(triangle: &Triangle) -> f64 {
+    [triangle.a, triangle.b, triangle.c].iter().map(|p| p.abs().max_element()).fold(0.0, f64::max)
 }
 
 /// The spacing of f32 at a number.
