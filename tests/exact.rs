@@ -140,12 +140,10 @@ fn case(seed: u64, kind: Kind) -> Tally {
     let mesh = generators::scene(&mut random, kind, most);
     let count = if kind == Kind::Mixed { 12 } else { 40 };
     let mut tally = compare(&mesh, Rays::General(&general_rays(&mut random, kind, &mesh, count)));
-    for pencil in
-        [point_pencil(&mut random, kind, &mesh, count), infinity_pencil(&mut random, kind, &mesh, count)]
-    {
-        if let Some(pencil) = pencil {
-            tally.add(compare(&mesh, Rays::Pencil(&pencil)));
-        }
+    let pencils =
+        [point_pencil(&mut random, kind, &mesh, count), infinity_pencil(&mut random, kind, &mesh, count)];
+    for pencil in pencils.iter().flatten() {
+        tally.add(compare(&mesh, Rays::Pencil(pencil)));
     }
     tally
 }
