@@ -23,7 +23,8 @@ use crate::{Aabb, Triangles};
 pub(crate) const RUN: usize = 16;
 /// Children per node: one vector of boxes.
 const FANOUT: usize = LANES;
-/// Runs whose boxes have more than this multiple of the area of their triangles' boxes are ordered anew.
+/// Runs whose boxes have more than this multiple of the area of their triangles' boxes are ordered anew. With
+/// 4, sponza keeps the order of its file and visits 75 thousand nodes for a frame; with 2 it is ordered and visits 31.
 const COHERENT_AREA: f64 = 2.0;
 
 /// One run in this many is looked at to judge the order.
