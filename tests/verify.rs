@@ -1,13 +1,16 @@
 //! `verify` through the library: pencil, general path and tiny-skia agree; and a wrong answer is noticed.
 //!
-//! The wrong answers come from `Accuracy::Fast`. Its pencils keep rounded decisions, the general path never does, so rays
+//! The wrong answers come from a scene that lacks a triangle, and from `Accuracy::Fast`. Its pencils keep rounded decisions, the general path never does, so rays
 //! that meet vertices exactly must show a difference.
 
 mod support;
 
 use support::{Place, Random};
 use umbel::glam::DVec3;
-use umbel::{Accuracy, Camera, Lens, Mark, Options, Scene, Verification, builtin, builtin_view, verify};
+use umbel::{
+    Accuracy, Camera, Lens, Mark, Options, Scene, Verification, builtin, builtin_view, verify, verify_buffer,
+    visibility,
+};
 
 const WIDTH: u32 = 150;
 const HEIGHT: u32 = 100;
@@ -64,6 +67,27 @@ fn cornell_from_outside_and_inside() {
             check(&scene, &camera(eye, [300.0, 200.0, 400.0], lens));
         }
     }
+}
+
+/// The picture of a room without one wall is not that of the room: both references must say so.
+#[test]
+fn a_buffer_of_another_scene_is_noticed() {
+    let scene = builtin("cornell").expect("it exists");
+    let view = builtin_view("cornell").expect("it exists");
+    let camera = camera(view.eye, view.target, Lens::Pinhole { fov: view.fov_degrees });
+    let options = Options::default();
+    let (buffer, _) = visibility(&scene, &camera, &options).expect("a view");
+    assert!(verify_buffer(&scene, &buffer, &options).expect("a view").is_clean());
+
+    let middle = (HEIGHT / 2 * WIDTH + WIDTH / 2) as usize;
+    let seen = buffer.hits.get(middle).expect("the room is in the middle").id.0;
+    let mut damaged = scene.clone();
+    damaged.triangles[seen as usize] = [0, 0, 0];
+    let (buffer, _) = visibility(&damaged, &camera, &options).expect("a view");
+    let found = verify_buffer(&scene, &buffer, &options).expect("a view");
+    assert!(found.path_differences > 100, "{} differ from the general path", found.path_differences);
+    assert!(found.raster_differences > 100, "{} differ from tiny-skia", found.raster_differences);
+    assert!(!found.is_clean());
 }
 
 #[test]
