@@ -1,205 +1,207 @@
-//! The last step of the leaf: triangles that were set up against the rays of a tile, block by block (8x8 rays), row by row.
+//! The last step of the leaf: a triangle that was set up against the rays of a tile, block by block (8x8 rays), row by row.
 //!
-//! A large part of a block is rejected or accepted as a whole where an edge function has one sign on all of it; a block is
-//! dropped where the triangle lies behind all that it has hit. Small parts go straight to the rows. Where the bound of f64
-//! leaves doubt about a ray, the exact stage decides.
+//! Triangles that meet few blocks go straight to the rows. For others a row of eight blocks is looked at together: blocks
+//! on which an edge function is negative are dropped, so are those where the triangle lies behind all that they have hit,
+//! and where all edge functions are positive they are not evaluated again. Where the bound of f32 leaves doubt about a
+//! ray, the exact stage decides: it asks f64 first.
 //!
 //! Based on: Juan Pineda, "A Parallel Algorithm for Polygon Rasterization", 1988 (edge functions); Ned Greene,
 //! "Hierarchical Polygon Tiling with Coverage Masks", 1996.
 
+use std::ops::Range;
+
 use fearless_simd::prelude::*;
 
-use crate::depth::Candidate;
-use crate::lanes::{LANES, LaneMask, Lanes, bits};
-use crate::leaf::{BLOCK_SIDE, FilmQuery, TILE_BLOCKS, Tile, place};
+use crate::lanes::{LANES, Lanes, Narrow, bits};
+use crate::leaf::{FilmQuery, Tile};
 use crate::pencil::Origin;
 use crate::predicates::covers;
 use crate::ray::Ray;
-use crate::setup::{Affine, TriangleSetup, set_up};
-use crate::window::Rect;
+use crate::tile_depth::{BLOCK_SIDE, KEY_ERROR, TileCandidate, place, row_of};
 use crate::{Accuracy, Stats};
 
-/// Parts of blocks with at most this many rows go straight to the rows. Not tuned; it changes time only.
-const FEW_ROWS: u32 = 4;
+/// Triangles over at most this many columns or rows of blocks go straight to the rows. Not tuned; it changes time only.
+const FEW_BLOCKS: u32 = 2;
 
 /// 0 to 7.
-const COLUMNS: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+const COLUMNS: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+/// The middle columns of the blocks, and half of their width.
+const MIDDLES: [f32; LANES] = [3.5, 11.5, 19.5, 27.5, 35.5, 43.5, 51.5, 59.5];
+const HALF: f32 = 3.5;
+
+/// Edge functions are certain beyond ±1. Their range over a block adds a few roundings of at most a fifth of that each.
+const CERTAIN_ON_BLOCK: f32 = 2.0;
+
+/// c, x and y of an affine function, eight times each.
+#[derive(Clone, Copy)]
+struct Affine<S: Simd>([Narrow<S>; 3]);
+
+impl<S: Simd> Affine<S> {
+    #[inline(always)]
+    fn at(self, x: Narrow<S>, y: f32) -> Narrow<S> {
+        let [c, along_x, along_y] = self.0;
+        (c + along_x * x) + along_y * y
+    }
+
+    /// Half of its range on a block.
+    #[inline(always)]
+    fn half_range(self) -> Narrow<S> {
+        (self.0[1].abs() + self.0[2].abs()) * HALF
+    }
+}
 
 /// A triangle on its way through the blocks of a tile.
 #[derive(Clone, Copy)]
-struct Primitive<'a> {
-    id: u32,
-    setup: &'a TriangleSetup,
+struct Primitive<S: Simd> {
+    lane: usize,
+    edges: [Affine<S>; 3],
+    /// The key without its c, and lower and upper c.
+    slope: Affine<S>,
+    bounds: [Narrow<S>; 2],
     /// An upper bound of its keys.
-    greatest: f64,
-}
-
-/// Eight columns of a block: xX of the edges and of the key, and what is shared by all rows.
-struct Columns<S: Simd> {
-    edges: [Lanes<S>; 3],
-    key: Lanes<S>,
-    /// The columns that are meant, as bits.
-    meant: u64,
-    /// Whether all rays are known to be inside.
-    inside: bool,
+    greatest: f32,
 }
 
 impl Tile<'_> {
-    /// Sets up the triangles that wait and tests them against the rays.
+    /// Tests one triangle against the rays.
     #[inline(always)]
-    pub(crate) fn rasterize<S: Simd>(&mut self, simd: S, stats: &mut Stats) {
-        let FilmQuery { origin, film, .. } = self.query;
-        stats.triangles_set_up += self.seen.len as u64;
-        set_up(simd, origin, film, &self.seen, self.reach, &mut self.setups);
-        for lane in bits(self.setups.lanes) {
-            let setup = self.setups.lane(lane);
-            let rect = self.rects[lane];
-            let greatest = self.bounds_of(&setup.key, rect)[1] + 2.0 * setup.key.error;
-            let primitive = Primitive { id: self.seen.ids[lane], setup: &setup, greatest };
-            for by in rect.y0 / BLOCK_SIDE..=(rect.y1 - 1) / BLOCK_SIDE {
-                for bx in rect.x0 / BLOCK_SIDE..=(rect.x1 - 1) / BLOCK_SIDE {
-                    let block = (by * TILE_BLOCKS + bx) as usize;
-                    if self.depth.hides_in_block(block, greatest) {
-                        continue;
-                    }
-                    let part = Rect {
-                        x0: rect.x0.max(bx * BLOCK_SIDE),
-                        y0: rect.y0.max(by * BLOCK_SIDE),
-                        x1: rect.x1.min((bx + 1) * BLOCK_SIDE),
-                        y1: rect.y1.min((by + 1) * BLOCK_SIDE),
-                    };
-                    self.intersect_block(simd, block, part, primitive, stats);
+    pub(crate) fn rasterize<S: Simd>(&mut self, simd: S, lane: usize, stats: &mut Stats) {
+        let primitive = self.primitive(simd, lane);
+        let rect = self.footprints.rect(lane);
+        let (bx, by) = (
+            rect.x0 / BLOCK_SIDE..(rect.x1 - 1) / BLOCK_SIDE + 1,
+            rect.y0 / BLOCK_SIDE..(rect.y1 - 1) / BLOCK_SIDE + 1,
+        );
+        let few = bx.end - bx.start <= FEW_BLOCKS && by.end - by.start <= FEW_BLOCKS;
+        for by in by {
+            let rows = rect.y0.max(by * BLOCK_SIDE)..rect.y1.min((by + 1) * BLOCK_SIDE);
+            let mut met = (1_u64 << bx.end) - (1 << bx.start);
+            let mut inside = 0;
+            if few {
+                for bx in bx.clone() {
+                    let hidden = self.depth.hides_in_block(bx, by, primitive.greatest);
+                    met &= !(u64::from(hidden) << bx);
                 }
+            } else {
+                (met, inside) = self.classify(simd, &primitive, by, met);
+            }
+            for bx in bits(met) {
+                // In range: eight blocks.
+                let block = (bx as u32, rows.clone());
+                self.intersect_block(simd, &primitive, block, inside >> bx & 1 == 1, stats);
             }
         }
-        self.seen.clear();
     }
 
-    /// The least and the greatest value of an affine function on the rays of a rectangle, within twice its error.
+    /// Reads a lane of the setups.
     #[inline(always)]
-    fn bounds_of(&self, v: &Affine, rect: Rect) -> [f64; 2] {
-        let film = self.query.film;
-        let (x0, x1) = (film.x(self.rect.x0 + rect.x0), film.x(self.rect.x0 + rect.x1 - 1));
-        let (y0, y1) = (film.y(self.rect.y0 + rect.y0), film.y(self.rect.y0 + rect.y1 - 1));
-        // The range is formed with three roundings; the error holds six of the full size.
-        let middle = v.at((x0 + x1) * 0.5, (y0 + y1) * 0.5);
-        let range = v.x.abs() * ((x1 - x0) * 0.5) + v.y.abs() * ((y0 - y1) * 0.5);
-        [middle - range, middle + range]
+    fn primitive<S: Simd>(&self, simd: S, lane: usize) -> Primitive<S> {
+        let lane = lane % LANES;
+        let setups = &self.setups;
+        let edge =
+            |k: usize| Affine(setups.edges[k].each_ref().map(|part| Narrow::simd_from(simd, part[lane])));
+        let [lo, hi, x, y] = setups.bounds.each_ref().map(|part| Narrow::simd_from(simd, part[lane]));
+        Primitive {
+            lane,
+            edges: [edge(0), edge(1), edge(2)],
+            slope: Affine([Narrow::simd_from(simd, 0.0), x, y]),
+            bounds: [lo, hi],
+            greatest: self.footprints.greatest[lane],
+        }
     }
 
-    /// Tests one triangle against the rays of a part of a block.
+    /// Of some blocks of a row of blocks: those that the triangle may meet, and those on which all rays are inside.
+    #[inline(always)]
+    fn classify<S: Simd>(&self, simd: S, primitive: &Primitive<S>, by: u32, blocks: u64) -> (u64, u64) {
+        let x = Narrow::load_array(simd, MIDDLES);
+        let y = (by * BLOCK_SIDE) as f32 + HALF;
+        let certain = Narrow::simd_from(simd, CERTAIN_ON_BLOCK);
+        let (mut met, mut inside) = (blocks, blocks);
+        for edge in primitive.edges {
+            let (middle, range) = (edge.at(x, y), edge.half_range());
+            met &= !(middle + range).simd_lt(-certain).to_bitmask();
+            inside &= (middle - range).simd_gt(certain).to_bitmask();
+        }
+        let slope = primitive.slope;
+        let greatest = slope.at(x, y) + slope.half_range() + primitive.bounds[1];
+        let greatest = greatest.min(Narrow::simd_from(simd, primitive.greatest));
+        met &= !greatest.simd_lt(self.depth.far(simd, by)).to_bitmask();
+        (met, inside & met)
+    }
+
+    /// Tests one triangle against some rows of rays of a block.
     #[inline(always)]
     fn intersect_block<S: Simd>(
         &mut self,
         simd: S,
-        block: usize,
-        part: Rect,
-        primitive: Primitive<'_>,
+        primitive: &Primitive<S>,
+        (bx, rows): (u32, Range<u32>),
+        inside: bool,
         stats: &mut Stats,
     ) {
-        let setup = primitive.setup;
-        let mut inside = false;
-        if part.height() > FEW_ROWS {
-            inside = true;
-            for edge in &setup.edges {
-                let [least, greatest] = self.bounds_of(edge, part);
-                if greatest < -2.0 * edge.error {
-                    return;
+        let FilmQuery { origin, accuracy, any, .. } = self.query;
+        let zero = Narrow::simd_from(simd, 0.0);
+        let doubt = zero + if accuracy == Accuracy::Exact { 1.0 } else { 0.0 };
+        let x = Narrow::load_array(simd, COLUMNS) + (bx * BLOCK_SIDE) as f32;
+        stats.samples_tested += u64::from(rows.end - rows.start) * LANES as u64;
+        for j in rows {
+            let (y, row) = (j as f32, row_of(bx, j));
+            // Depth: not behind what the ray has hit, and certainly before it.
+            let slope = primitive.slope.at(x, y);
+            let [lo, hi] = [slope + primitive.bounds[0], slope + primitive.bounds[1]];
+            let mut kept = hi.simd_ge(self.depth.lo(simd, row));
+            let mut sure = lo.simd_gt(self.depth.hi(simd, row));
+            if matches!(origin, Origin::Infinity(_)) {
+                // Rays start at their start points.
+                (kept, sure) = (kept & lo.simd_le(zero), sure & hi.simd_lt(zero));
+            }
+            // Edges: not outside for certain, and inside for certain.
+            if !inside {
+                let [one, two, three] = primitive.edges;
+                let least = one.at(x, y).min(two.at(x, y)).min(three.at(x, y));
+                (kept, sure) = (kept & least.simd_ge(-doubt), sure & least.simd_gt(doubt));
+            }
+            let kept = kept.to_bitmask();
+            if kept == 0 {
+                continue;
+            }
+            // What is certain is kept as it is; the rest goes to the exact stage.
+            let certain = sure.to_bitmask();
+            if certain != 0 {
+                let bounds = if any { [zero + f32::INFINITY; 2] } else { [lo, hi] };
+                let keys = self.keys(simd, primitive.lane, bx, y);
+                self.depth.keep(simd, row, sure, bounds, self.batch.ids[primitive.lane], keys);
+            }
+            if kept != certain {
+                let keys = self.keys(simd, primitive.lane, bx, y).to_array();
+                let (lo, hi) = (lo.to_array(), hi.to_array());
+                for lane in bits(kept & !certain) {
+                    let id = self.batch.ids[primitive.lane];
+                    let candidate = TileCandidate { id, lo: lo[lane], hi: hi[lane], key: keys[lane] };
+                    // In range: fewer than eight columns.
+                    self.decide(candidate, (bx * BLOCK_SIDE + lane as u32, j), stats);
                 }
-                inside &= least > 2.0 * edge.error;
             }
-            let greatest = self.bounds_of(&setup.key, part)[1] + 2.0 * setup.key.error;
-            if self.depth.hides_in_block(block, greatest.min(primitive.greatest)) {
-                return;
-            }
-        }
-        let film = self.query.film;
-        let first = part.x0 / BLOCK_SIDE * BLOCK_SIDE;
-        let x = Lanes::load_array(simd, COLUMNS) * film.step() + film.x(self.rect.x0 + first);
-        let columns = Columns {
-            edges: [x * setup.edges[0].x, x * setup.edges[1].x, x * setup.edges[2].x],
-            key: x * setup.key.x,
-            meant: (1_u64 << (part.x1 - first)) - (1 << (part.x0 - first)),
-            inside,
-        };
-        stats.samples_tested += u64::from(part.width() * part.height());
-        let mut changed = false;
-        for row in part.y0..part.y1 {
-            changed |= self.intersect_row(simd, (first, row), &columns, primitive, stats);
-        }
-        if changed {
-            self.depth.mark_stale(block);
         }
     }
 
-    /// Tests one triangle against eight rays of a row, and tells whether any of them hit it for certain.
+    /// The keys of a row in f64; NaN where they err too much.
     #[inline(always)]
-    fn intersect_row<S: Simd>(
-        &mut self,
-        simd: S,
-        (first, row): (u32, u32),
-        columns: &Columns<S>,
-        Primitive { id, setup, .. }: Primitive<'_>,
-        stats: &mut Stats,
-    ) -> bool {
-        let FilmQuery { origin, film, accuracy, any, .. } = self.query;
-        let zero = Lanes::simd_from(simd, 0.0);
-        let y = film.y(self.rect.y0 + row);
-
-        // Depth: not behind what the ray has hit, and certainly before it.
-        let key = columns.key + (setup.key.c + setup.key.y * y);
-        let (lo, hi) = (key - setup.key.error, key + setup.key.error);
-        let base = place(first, row);
-        let [near_lo, near_hi] = self.depth.keys(simd, base);
-        let (mut kept, mut sure) = (hi.simd_ge(near_lo), lo.simd_gt(near_hi));
-        if matches!(origin, Origin::Infinity(_)) {
-            // Rays start at their start points.
-            let ahead = if accuracy == Accuracy::Exact { lo.simd_le(zero) } else { key.simd_lt(zero) };
-            (kept, sure) = (kept & ahead, sure & hi.simd_lt(zero));
-        }
-
-        // Edges: not outside for certain, and inside for certain.
-        if !columns.inside {
-            for k in 0..3 {
-                let edge = &setup.edges[k];
-                let value = columns.edges[k] + (edge.c + edge.y * y);
-                if accuracy == Accuracy::Exact {
-                    kept &= value.simd_ge(zero - edge.error);
-                    sure &= value.simd_gt(zero + edge.error);
-                } else if setup.zero_is_inside[k] {
-                    kept &= value.simd_ge(zero);
-                } else {
-                    kept &= value.simd_gt(zero);
-                }
-            }
-        }
-
-        // What is certain is kept as it is; the rest goes to the exact stage.
-        let kept = kept.to_bitmask() & columns.meant;
-        if kept == 0 {
-            return false;
-        }
-        let sure = sure.to_bitmask() & kept;
-        if sure != 0 {
-            let mask = LaneMask::from_bitmask(simd, sure);
-            let (lo, hi) = if any { (zero + f64::INFINITY, zero + f64::INFINITY) } else { (lo, hi) };
-            self.depth.keep(base, [mask.select(lo, near_lo), mask.select(hi, near_hi)], sure, id);
-        }
-        if kept != sure {
-            let (lo, hi) = (lo.to_array(), hi.to_array());
-            for lane in bits(kept & !sure) {
-                let candidate = Candidate { id, lo: lo[lane], hi: hi[lane] };
-                // In range: fewer than eight columns.
-                self.decide(candidate, (first + lane as u32, row), stats);
-            }
-        }
-        sure != 0
+    fn keys<S: Simd>(&self, simd: S, lane: usize, bx: u32, y: f32) -> Lanes<S> {
+        let [c, along_x, along_y, error] = self.setups.key.each_ref().map(|part| part[lane]);
+        let x = Lanes::load_array(simd, COLUMNS.map(f64::from)) + f64::from(bx * BLOCK_SIDE);
+        let keys = (x * along_x + c) + along_y * f64::from(y);
+        let precise = (keys.abs() * KEY_ERROR).simd_ge(Lanes::simd_from(simd, error));
+        precise.select(keys, Lanes::simd_from(simd, f64::NAN))
     }
 
     /// Decides one ray exactly: coverage, then the order.
     #[inline(never)]
-    fn decide(&mut self, candidate: Candidate, (i, j): (u32, u32), stats: &mut Stats) {
+    fn decide(&mut self, candidate: TileCandidate, (i, j): (u32, u32), stats: &mut Stats) {
         let FilmQuery { origin, film, accuracy, any, triangles, .. } = self.query;
+        if i >= self.rect.width() || j >= self.rect.height() {
+            return;
+        }
         let ray = || -> Ray { origin.ray(film.at(self.rect.x0 + i, self.rect.y0 + j)) };
         let exact: Option<&dyn Fn() -> Ray> = if accuracy == Accuracy::Exact { Some(&ray) } else { None };
         if exact.is_some() {

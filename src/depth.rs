@@ -7,8 +7,6 @@
 //! Based on: Ned Greene, Michael Kass, Gavin Miller, "Hierarchical Z-Buffer Visibility", 1993; Jon Hasselgren, Magnus
 //! Andersson, Tomas Akenine-Möller, "Masked Software Occlusion Culling", 2016 (lazy updates).
 
-use std::mem::size_of;
-
 use fearless_simd::{f32x8, prelude::*};
 
 use crate::approx::Sign;
@@ -48,16 +46,6 @@ pub(crate) struct DepthBuffer {
 }
 
 impl DepthBuffer {
-    /// Forgets all hits.
-    pub(crate) fn clear(&mut self) {
-        self.lo.fill(f64::NEG_INFINITY);
-        self.hi.fill(f64::NEG_INFINITY);
-        self.ids.fill(NO_TRIANGLE);
-        self.far.fill(f64::NEG_INFINITY);
-        self.stale = all_blocks(self.far.len());
-        self.farthest = f64::NEG_INFINITY;
-    }
-
     /// A buffer for `rays` rays (rounded up to a multiple of eight), none of which has hit anything.
     pub(crate) fn new(rays: usize) -> Self {
         let rays = rays.next_multiple_of(LANES);
@@ -72,18 +60,8 @@ impl DepthBuffer {
         }
     }
 
-    /// Bytes of a buffer for some rays.
-    pub(crate) fn bytes_for(rays: usize) -> usize {
-        rays * (2 * size_of::<f64>() + size_of::<u32>()) + rays.div_ceil(BLOCK) * size_of::<f64>()
-    }
-
-    /// Marks rays that do not exist as hit by everything, so that they hide what they can.
-    pub(crate) fn exclude(&mut self, ray: usize) {
-        (self.lo[ray], self.hi[ray]) = (f64::INFINITY, f64::INFINITY);
-    }
-
     /// Notes that the bound of a block is out of date.
-    pub(crate) fn mark_stale(&mut self, block: usize) {
+    fn mark_stale(&mut self, block: usize) {
         self.stale |= 1 << block;
     }
 
@@ -104,30 +82,11 @@ impl DepthBuffer {
         key < self.farthest
     }
 
-    /// Whether something whose keys are at most `key` is hidden from a block.
-    pub(crate) fn hides_in_block(&self, block: usize, key: f64) -> bool {
-        key < self.far[block]
-    }
-
     /// Bounds of the keys of eight rays.
     #[inline(always)]
     pub(crate) fn keys<S: Simd>(&self, simd: S, first: usize) -> [Lanes<S>; 2] {
         let places = first..first + LANES;
         [Lanes::from_slice(simd, &self.lo[places.clone()]), Lanes::from_slice(simd, &self.hi[places])]
-    }
-
-    /// Keeps bounds of the keys of eight rays, and an id for some of them.
-    #[inline(always)]
-    pub(crate) fn keep<S: Simd>(&mut self, first: usize, [lo, hi]: [Lanes<S>; 2], lanes: u64, id: u32) {
-        let places = first..first + LANES;
-        lo.store_slice(&mut self.lo[places.clone()]);
-        hi.store_slice(&mut self.hi[places.clone()]);
-        let ids = &mut self.ids[places];
-        if lanes == 0xFF {
-            ids.fill(id);
-        } else {
-            bits(lanes).for_each(|lane| ids[lane] = id);
-        }
     }
 
     /// Whether the candidate is certainly farther than what the ray has hit.
@@ -210,7 +169,12 @@ fn least(keys: &[f64]) -> f64 {
 /// t of keys in [lo, hi], rounded (+∞ where nothing was hit, and where nobody asks), and the lanes, as bits, where the
 /// nearest f32 is in doubt.
 #[inline(always)]
-fn rounded_distances<S: Simd>(simd: S, lo: Lanes<S>, hi: Lanes<S>, origin: Origin) -> ([f32; LANES], u64) {
+pub(crate) fn rounded_distances<S: Simd>(
+    simd: S,
+    lo: Lanes<S>,
+    hi: Lanes<S>,
+    origin: Origin,
+) -> ([f32; LANES], u64) {
     let zero = Lanes::simd_from(simd, 0.0);
     let (least, greatest, valid) = match origin {
         Origin::Point(_) => ((zero + 1.0) / hi, (zero + 1.0) / lo, lo.simd_gt(zero)),

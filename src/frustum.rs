@@ -31,7 +31,7 @@ const BOUND_SLACK: f64 = 1.0 + 16.0 * U;
 /// A linear functional g·A, and per component of A the error it may have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Functional {
-    g: DVec3,
+    pub(crate) g: DVec3,
     slack: DVec3,
 }
 
@@ -47,7 +47,7 @@ impl Functional {
     }
 
     /// self − x·other for an exact x.
-    fn minus(&self, other: &Self, x: f64) -> Self {
+    pub(crate) fn minus(&self, other: &Self, x: f64) -> Self {
         let g = self.g - other.g * x;
         // Two roundings of magnitudes that do not exceed |g| + |x·g'|.
         let rounding = (self.g.abs() + other.g.abs() * x.abs()) * (2.0 * U);
@@ -75,8 +75,13 @@ impl Functional {
         x + y + z + size.dot(slack)
     }
 
+    /// The functional times a power of two.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        Self { g: self.g * factor, slack: self.slack * factor.abs() }
+    }
+
     /// The error of the value anywhere within |A| ≤ `reach`.
-    fn slack_within(&self, reach: DVec3) -> f64 {
+    pub(crate) fn slack_within(&self, reach: DVec3) -> f64 {
         let m = self.slack * reach;
         (m.x + m.y + m.z) * BOUND_SLACK
     }
@@ -97,9 +102,9 @@ pub(crate) struct Projection {
     pub(crate) base: DVec3,
     /// Whether the origin is a point, so that film coordinates are divided by t.
     pub(crate) perspective: bool,
-    x: Functional,
-    y: Functional,
-    t: Functional,
+    pub(crate) x: Functional,
+    pub(crate) y: Functional,
+    pub(crate) t: Functional,
 }
 
 /// A closed interval of film coordinates.
@@ -137,36 +142,6 @@ impl Projection {
         (least > 0.0).then(|| [x, y].map(|c| divide(c, least, greatest)))
     }
 
-    /// Intervals of the film coordinates of three corners each, as [X lo, X hi, Y lo, Y hi], and the lanes, as bits,
-    /// with a corner that may lie at or behind the eye, whose intervals mean nothing. `reach` bounds the magnitudes of A.
-    #[inline(always)]
-    pub(crate) fn project_lanes<S: Simd>(
-        &self,
-        simd: S,
-        corners: &[Points<S>; 3],
-        reach: DVec3,
-    ) -> ([Lanes<S>; 4], u64) {
-        let zero = Lanes::simd_from(simd, 0.0);
-        let (slack_x, slack_y) = (self.x.slack_within(reach), self.y.slack_within(reach));
-        let slack_t = self.t.slack_within(reach);
-        let (mut x_lo, mut y_lo) = (zero + f64::INFINITY, zero + f64::INFINITY);
-        let (mut x_hi, mut y_hi) = (-x_lo, -y_lo);
-        let mut crossing = 0;
-        for corner in corners {
-            let (x, y) = (corner.dot(self.x.g), corner.dot(self.y.g));
-            let (mut x, mut y) = ([x - slack_x, x + slack_x], [y - slack_y, y + slack_y]);
-            if self.perspective {
-                let t = corner.dot(self.t.g);
-                let t = [(t - slack_t) * (1.0 - 2.0 * U), (t + slack_t) * (1.0 + 2.0 * U)];
-                crossing |= !t[0].simd_gt(zero).to_bitmask();
-                (x, y) = (divide_lanes(x, t, zero), divide_lanes(y, t, zero));
-            }
-            (x_lo, x_hi) = (x_lo.min(x[0]), x_hi.max(x[1]));
-            (y_lo, y_hi) = (y_lo.min(y[0]), y_hi.max(y[1]));
-        }
-        ([x_lo, x_hi, y_lo, y_hi], crossing)
-    }
-
     /// t of a point along its ray, with its error.
     pub(crate) fn depth(&self, point: DVec3) -> Approx {
         self.t.at(point - self.base)
@@ -179,18 +154,6 @@ fn divide(c: Approx, least: f64, greatest: f64) -> Interval {
     let lo = lo / if lo < 0.0 { least } else { greatest };
     let hi = hi / if hi < 0.0 { greatest } else { least };
     Interval { lo: lo - lo.abs() * (4.0 * U), hi: hi + hi.abs() * (4.0 * U) }
-}
-
-/// [lo, hi]/t for t in [least, greatest], lane by lane, rounded outward: three roundings.
-#[inline(always)]
-fn divide_lanes<S: Simd>(
-    [lo, hi]: [Lanes<S>; 2],
-    [least, greatest]: [Lanes<S>; 2],
-    zero: Lanes<S>,
-) -> [Lanes<S>; 2] {
-    let lo = lo / lo.simd_lt(zero).select(least, greatest);
-    let hi = hi / hi.simd_lt(zero).select(greatest, least);
-    [lo - lo.abs() * (4.0 * U), hi + hi.abs() * (4.0 * U)]
 }
 
 /// A side of a frustum: points with functional ≥ offset are inside.

@@ -4,7 +4,7 @@
 //! Only + − × ÷ and comparisons are used, so every instruction set gives the same
 //! bits.
 
-use fearless_simd::{f32x8, f64x8, mask64x8, prelude::*};
+use fearless_simd::{f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::DVec3;
 
 use crate::Aabb;
@@ -17,6 +17,19 @@ pub(crate) type Lanes<S> = f64x8<S>;
 
 /// Eight truth values.
 pub(crate) type LaneMask<S> = mask64x8<S>;
+
+/// Eight numbers of f32.
+pub(crate) type Narrow<S> = f32x8<S>;
+
+/// Eight truth values over [`Narrow`].
+pub(crate) type NarrowMask<S> = mask32x8<S>;
+
+/// Eight numbers, rounded to the nearest f32.
+#[inline(always)]
+pub(crate) fn narrow<S: Simd>(x: Lanes<S>) -> Narrow<S> {
+    let (low, high) = x.split();
+    low.narrow(high)
+}
 
 /// Eight points.
 #[derive(Clone, Copy)]
@@ -37,16 +50,6 @@ impl<S: Simd> Points<S> {
         }
     }
 
-    /// Eight points given as coordinates.
-    #[inline(always)]
-    pub(crate) fn load(simd: S, p: &[[f64; LANES]; 3]) -> Self {
-        Self {
-            x: Lanes::load_array_ref(simd, &p[0]),
-            y: Lanes::load_array_ref(simd, &p[1]),
-            z: Lanes::load_array_ref(simd, &p[2]),
-        }
-    }
-
     /// Eight points given as f32 coordinates.
     #[inline(always)]
     pub(crate) fn widen(simd: S, p: &[[f32; LANES]; 3]) -> Self {
@@ -61,11 +64,6 @@ impl<S: Simd> Points<S> {
     #[inline(always)]
     pub(crate) fn plus(self, other: Self) -> Self {
         Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
-    }
-
-    #[inline(always)]
-    pub(crate) fn abs(self) -> Self {
-        Self { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
     }
 
     /// The dot product with one point.
@@ -86,28 +84,6 @@ impl<S: Simd> Points<S> {
 fn widen<S: Simd>(simd: S, x: &[f32; LANES]) -> Lanes<S> {
     let (low, high) = f32x8::load_array_ref(simd, x).widen();
     low.combine(high)
-}
-
-/// y×z per lane, and the sums of magnitudes that bound its error: see [`crate::approx::Cross`].
-#[derive(Clone, Copy)]
-pub(crate) struct CrossLanes<S: Simd> {
-    pub(crate) value: Points<S>,
-    pub(crate) permanent: Points<S>,
-}
-
-impl<S: Simd> CrossLanes<S> {
-    /// y×z, where `size` bounds the magnitudes of y.
-    #[inline(always)]
-    pub(crate) fn of(y: Points<S>, size: Points<S>, z: Points<S>) -> Self {
-        let value = Points { x: y.y * z.z - y.z * z.y, y: y.z * z.x - y.x * z.z, z: y.x * z.y - y.y * z.x };
-        let w = z.abs();
-        let permanent = Points {
-            x: size.y * w.z + size.z * w.y,
-            y: size.z * w.x + size.x * w.z,
-            z: size.x * w.y + size.y * w.x,
-        };
-        Self { value, permanent }
-    }
 }
 
 /// Eight boxes, coordinate by coordinate. Places that hold none hold the empty box.
@@ -147,7 +123,7 @@ impl Boxes {
 pub(crate) struct Batch {
     pub(crate) ids: [u32; LANES],
     /// Corner, coordinate, lane.
-    pub(crate) corners: [[[f64; LANES]; 3]; 3],
+    pub(crate) corners: [[[f32; LANES]; 3]; 3],
     pub(crate) len: usize,
 }
 
@@ -157,34 +133,26 @@ impl Batch {
     /// Adds a triangle; there must be room.
     #[inline(always)]
     pub(crate) fn push(&mut self, id: u32, corners: [[f32; 3]; 3]) {
+        let lane = self.len % LANES;
         for (lanes, corner) in self.corners.iter_mut().zip(corners) {
             for (lanes, x) in lanes.iter_mut().zip(corner) {
-                lanes[self.len] = f64::from(x);
+                lanes[lane] = x;
             }
         }
-        self.ids[self.len] = id;
+        self.ids[lane] = id;
         self.len += 1;
     }
 
-    /// Adds a lane of another batch; there must be room.
+    /// The corners a, b and c.
     #[inline(always)]
-    pub(crate) fn push_lane(&mut self, other: &Self, lane: usize) {
-        for (lanes, others) in self.corners.iter_mut().zip(&other.corners) {
-            for (lanes, others) in lanes.iter_mut().zip(others) {
-                lanes[self.len] = others[lane];
-            }
-        }
-        self.ids[self.len] = other.ids[lane];
-        self.len += 1;
+    pub(crate) fn points<S: Simd>(&self, simd: S) -> [Points<S>; 3] {
+        let [a, b, c] = &self.corners;
+        [Points::widen(simd, a), Points::widen(simd, b), Points::widen(simd, c)]
     }
 
     /// Forgets the triangles.
     pub(crate) fn clear(&mut self) {
         self.len = 0;
-    }
-
-    pub(crate) fn is_full(&self) -> bool {
-        self.len == LANES
     }
 
     /// The lanes that hold a triangle, as bits.

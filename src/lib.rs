@@ -28,6 +28,7 @@ mod leaf;
 mod options;
 mod order;
 mod pencil;
+mod pixels;
 mod predicates;
 mod query;
 mod ray;
@@ -39,6 +40,7 @@ mod setup;
 mod space_setup;
 mod stats;
 mod surface;
+mod tile_depth;
 mod triangles;
 mod window;
 

@@ -18,13 +18,13 @@ use std::mem::size_of;
 use fearless_simd::Level;
 use rayon::prelude::*;
 
-use crate::depth::DepthBuffer;
 use crate::frustum::Projection;
 use crate::lanes::{Boxes, LANES, bits};
-use crate::leaf::{FilmQuery, TILE_RAYS, TILE_SIDE, Tile, greatest_key};
+use crate::leaf::{FilmQuery, Tile, greatest_key};
 use crate::pencil::Pencil;
 use crate::runs::{Node, Runs};
 use crate::scattered::{self, Cluster, ScatteredQuery};
+use crate::tile_depth::{TILE_SIDE, TileDepth};
 use crate::window::{Row, Window};
 use crate::{Aabb, Accuracy, Film, Hits, Stats, Triangles};
 
@@ -40,7 +40,7 @@ pub(crate) fn intersect(
     let runs = Runs::new(triangles);
     // Each thread works on one tile; each tile has its rows of the hits.
     let threads = rayon::current_num_threads();
-    let tiles = threads * (size_of::<Tile<'_>>() + DepthBuffer::bytes_for(TILE_RAYS));
+    let tiles = threads * (size_of::<Tile<'_>>() + TileDepth::BYTES);
     let bytes = runs.bytes() + tiles + pencil.len() / TILE_SIDE as usize * size_of::<Row<'_>>();
     let mut stats = Stats { engine_bytes: bytes as u64, ..Stats::default() };
     // In range: a pencil has fewer than 2³² rays.
@@ -75,37 +75,29 @@ fn split_film(query: FilmQuery<'_>, runs: &Runs, window: Window<'_>) -> Stats {
     window.split(TILE_SIDE, &mut tiles);
     tiles
         .into_par_iter()
-        .map_init(
-            || DepthBuffer::new(TILE_RAYS),
-            |depth, mut window| {
-                let mut tile = Tile::new(query, window.rect, depth);
-                let stats = intersect_objects(&mut tile, runs);
-                tile.write(&mut window);
-                stats
-            },
-        )
+        .map_init(TileDepth::new, |depth, mut window| {
+            let mut tile = Tile::new(query, window.rect, depth);
+            let stats = intersect_objects(&mut tile, runs);
+            tile.write(&mut window);
+            stats
+        })
         .reduce(Stats::default, Stats::plus)
 }
 
 /// A set of rays that one bound stands for.
 pub(crate) trait SubPencil {
     /// The boxes, as bits, that some ray may meet, and a lower bound of t within each. Counts the tests.
-    fn enter(&self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]);
-    /// The greatest depth key of what lies no nearer than t.
-    fn greatest_key(&self, t: f64) -> f64;
-    /// The hits so far.
-    fn depth(&mut self) -> &mut DepthBuffer;
-    /// Tests a run of triangles within a box against all rays, now or later.
+    fn enter(&mut self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]);
+    /// Whether what lies no nearer than t is hidden from all rays.
+    fn hides(&self, t: f64) -> bool;
+    /// Tests a run of triangles within a box against all rays.
     fn intersect(&mut self, bounds: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats);
-    /// Finishes what was put off.
-    fn flush(&mut self, stats: &mut Stats);
 }
 
 /// Finds the hits of a sub-pencil with all objects.
 pub(crate) fn intersect_objects(rays: &mut impl SubPencil, runs: &Runs) -> Stats {
     let mut stats = Stats::default();
     descend(rays, runs, runs.root(), &mut stats);
-    rays.flush(&mut stats);
     stats
 }
 
@@ -113,7 +105,6 @@ pub(crate) fn intersect_objects(rays: &mut impl SubPencil, runs: &Runs) -> Stats
 fn descend(rays: &mut impl SubPencil, runs: &Runs, node: Node, stats: &mut Stats) {
     let Some(boxes) = runs.boxes(node) else { return };
     stats.nodes += 1;
-    rays.depth().refresh();
     // Keep what the rays may meet, and take the near ones first.
     let (met, ts) = rays.enter(boxes, stats);
     let (mut near_first, mut kept) = ([0; LANES], 0);
@@ -124,8 +115,7 @@ fn descend(rays: &mut impl SubPencil, runs: &Runs, node: Node, stats: &mut Stats
     let near_first = &mut near_first[..kept];
     near_first.sort_unstable_by(|&one, &other| ts[one].total_cmp(&ts[other]));
     for &mut lane in near_first {
-        let key = rays.greatest_key(ts[lane]);
-        if rays.depth().hides(key) {
+        if rays.hides(ts[lane]) {
             stats.culled_by_depth += 1;
             continue;
         }
@@ -138,46 +128,33 @@ fn descend(rays: &mut impl SubPencil, runs: &Runs, node: Node, stats: &mut Stats
 }
 
 impl SubPencil for Tile<'_> {
-    fn enter(&self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
+    fn enter(&mut self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
         let (met, ts) = self.enter(boxes);
         stats.frustum_tests += LANES as u64;
         stats.culled_by_bound += LANES as u64 - u64::from(met.count_ones());
         (met, ts)
     }
 
-    fn greatest_key(&self, t: f64) -> f64 {
-        self.greatest_key(t)
-    }
-
-    fn depth(&mut self) -> &mut DepthBuffer {
-        self.depth
+    fn hides(&self, t: f64) -> bool {
+        self.hides(t)
     }
 
     fn intersect(&mut self, bounds: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats) {
         self.intersect(bounds, ids, stats);
     }
-
-    fn flush(&mut self, stats: &mut Stats) {
-        self.flush(stats);
-    }
 }
 
 impl SubPencil for Cluster<'_> {
-    fn enter(&self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
-        self.enter(boxes, stats)
+    fn enter(&mut self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
+        self.depth.refresh();
+        self.entered(boxes, stats)
     }
 
-    fn greatest_key(&self, t: f64) -> f64 {
-        greatest_key(self.origin(), t)
-    }
-
-    fn depth(&mut self) -> &mut DepthBuffer {
-        &mut self.depth
+    fn hides(&self, t: f64) -> bool {
+        self.depth.hides(greatest_key(self.origin(), t))
     }
 
     fn intersect(&mut self, _: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats) {
         ids.for_each(|id| self.intersect(id, stats));
     }
-
-    fn flush(&mut self, _: &mut Stats) {}
 }

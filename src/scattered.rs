@@ -159,7 +159,7 @@ impl<'a> Cluster<'a> {
     }
 
     /// The boxes, as bits, that some ray may meet, and a lower bound of t within each.
-    pub(crate) fn enter(&self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
+    pub(crate) fn entered(&self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
         let (mut met, mut ts) = (0, [0.0; LANES]);
         for (lane, t) in ts.iter_mut().enumerate() {
             let bounds = boxes.get(lane);

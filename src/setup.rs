@@ -1,248 +1,265 @@
-//! Triangle setup: everything about a triangle that the rays of one film share, for eight triangles at once.
+//! Triangle setup: everything about a triangle that the rays of one tile share, for eight triangles at once.
 //!
-//! On a film the edge functions and the depth key are affine, v(X, Y) = c + xX + yY. For an origin at a point the edge
-//! a→b has n = (A + B)×(b − a) = 2A×B and e = d·n, so (c, x, y) = (n·F, n·R, n·U), and the key is 1/t = (d·N)/(A·N). At
-//! infinity n = D×(b − a) and 2e = ((p − a) + (p − b))·n, so c = ((F − a) + (F − b))·n, and the key is
-//! −t = (p − a)·N/(D·N). Greater keys are nearer.
+//! On a tile, where column x and row y count from its first ray, the edge functions and the depth key are affine,
+//! v = c + xv_x + yv_y. The rays are F + xR + yU (directions for an origin at a point, start points at infinity), with F
+//! the first ray of the tile: all exact. For an origin at a point the edge a→b has n = (A + B)×(b − a) = 2A×B and
+//! v = d·n, so (c, v_x, v_y) = (n·F, n·R, n·U), and the key is 1/t = (d·N)/(A·N). At infinity n = D×(b − a) and
+//! 2e = ((p − a) + (p − b))·n, so c = ((F − a) + (F − b))·n, and the key is −t = (p − a)·N/(D·N). Greater keys are nearer.
 //!
 //! n is formed from b − a and not from A×B, which would cancel. Both forms change nothing but their sign, to the bit, when
 //! a and b are exchanged: even `fast` has no cracks along edges.
 //!
-//! Errors are bounded as in [`crate::approx`].
+//! **Two filters.** Setup is f64; the rows of a tile are evaluated in f32. With u = 2⁻⁵³ and u₃₂ = 2⁻²⁴, an edge function
+//! errs by at most E = 18u·Σ|d_k|·perm_k + 6u₃₂S, S = |c| + 63|v_x| + 63|v_y|: the first part is that of
+//! [`crate::approx`], with permanents bounded by the longest side of b − a times what the run's box allows for A; the
+//! second is rounding the three coefficients (u₃₂S), two products and two sums (4u₃₂S). Every edge function is scaled by
+//! the greatest power of two up to 1/E: doubt then begins at ±1 for all of them, no f32 overflows, and both triangles at
+//! an edge still round alike. As c and S count from the tile's corner and not from the film's centre, about 10⁻⁵ of a
+//! pixel along an edge is in doubt.
 //!
-//! Based on: Marc Olano and Trey Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997.
+//! Based on: Marc Olano and Trey Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997; Jonathan
+//! Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997 (static filters).
 
-use fearless_simd::prelude::*;
+use fearless_simd::{prelude::*, u64x8};
 use glam::DVec3;
 
-use crate::GridFilm;
 use crate::approx::{Sign, TRIPLE_PRODUCT_ERROR};
 use crate::bounds::U;
-use crate::lanes::{Batch, CrossLanes, LANES, LaneMask, Lanes, Points, bits};
+use crate::lanes::{Batch, LANES, LaneMask, Lanes, Points, bits, narrow};
 use crate::pencil::Origin;
 use crate::predicates::{facing, orientation};
+use crate::tile_depth::TILE_SIDE;
 use crate::triangles::Triangle;
 
-/// Evaluating c + xX + yY: one rounding per product, two for the sum. As much again pays for forming the bound and for
-/// the sums and differences of value and bound in comparisons.
-const AFFINE_ERROR: f64 = 6.0 * U;
+/// The unit roundoff of f32.
+const U32: f64 = 1.0 / (1 << 24) as f64;
+
+/// Evaluating c + xv_x + yv_y in f32: one rounding of each coefficient, two products, two sums; one more pays for all
+/// terms of second order and for forming the bound.
+const AFFINE_ERROR: f64 = 6.0 * U32;
+
+/// The same for keys, twice: a bound of the error is part of what is evaluated, and blocks add half of their range.
+const KEY_AFFINE_ERROR: f64 = 12.0 * U32;
 
 /// Roundings of bounds of bounds: a handful of operations, each (1 + u).
 const BOUND_SLACK: f64 = 1.0 + 16.0 * U;
 
-/// An affine function on a film, scaled so that "inside" is positive.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Affine {
-    pub(crate) c: f64,
-    pub(crate) x: f64,
-    pub(crate) y: f64,
-    /// Bound of the error of evaluating it anywhere on the tile.
-    pub(crate) error: f64,
-}
+/// Keys of f32 are subnormal below 2⁻¹²⁶: a few spacings there.
+const KEY_UNDERFLOW: f64 = 1e-37;
+/// Keys beyond this are as good as infinite.
+const KEY_LIMIT: f64 = 1e37;
 
-impl Affine {
-    /// The value at (X, Y).
-    pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
-        self.c + self.x * x + self.y * y
-    }
-}
+/// Keeps the divisor of edge functions that are zero everywhere from being zero.
+const TINY: f64 = 1e-290;
 
-/// A triangle on a film.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct TriangleSetup {
-    /// Positive inside.
-    pub(crate) edges: [Affine; 3],
-    /// Whether a value of exactly zero counts as inside where no exact stage runs: true for one side of every edge.
-    pub(crate) zero_is_inside: [bool; 3],
-    /// 1/t for an origin at a point, −t for one at infinity.
-    pub(crate) key: Affine,
-}
+/// The greatest column or row of a tile.
+const LAST: f64 = (TILE_SIDE - 1) as f64;
 
-/// Eight triangles on a film.
+/// Eight triangles on a tile, lane by lane.
 #[derive(Debug)]
-pub(crate) struct BatchSetup {
-    /// c, x, y and error of three edges and the key, lane by lane.
-    values: [[[f64; LANES]; 4]; 4],
-    zero_is_inside: [u64; 3],
+pub(crate) struct Setups {
+    /// c, x and y of three edges, positive inside; beyond ±1 they are certain.
+    pub(crate) edges: [[[f32; LANES]; 3]; 3],
+    /// Lower c, upper c, x and y of bounds of the key.
+    pub(crate) bounds: [[f32; LANES]; 4],
+    /// c, x, y of the key, and the error of evaluating it anywhere on the tile.
+    pub(crate) key: [[f64; LANES]; 4],
     /// The lanes that any ray of the pencil can hit: not without area, not seen edge-on.
     pub(crate) lanes: u64,
 }
 
-impl BatchSetup {
+impl Setups {
     /// No triangles.
-    pub(crate) const EMPTY: Self = Self { values: [[[0.0; LANES]; 4]; 4], zero_is_inside: [0; 3], lanes: 0 };
+    pub(crate) const EMPTY: Self =
+        Self { edges: [[[0.0; LANES]; 3]; 3], bounds: [[0.0; LANES]; 4], key: [[0.0; LANES]; 4], lanes: 0 };
+}
 
-    /// One of the triangles.
-    pub(crate) fn lane(&self, lane: usize) -> TriangleSetup {
-        let affine = |k: usize| {
-            let [c, x, y, error] = [0, 1, 2, 3].map(|part| self.values[k][part][lane]);
-            Affine { c, x, y, error }
-        };
-        TriangleSetup {
-            edges: [affine(0), affine(1), affine(2)],
-            zero_is_inside: self.zero_is_inside.map(|mask| mask >> lane & 1 == 1),
-            key: affine(3),
+/// What setup needs to know of a tile.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TileRays {
+    pub(crate) origin: Origin,
+    /// F, R and U: the first ray, the step to the next column and the step to the next row.
+    pub(crate) span: [DVec3; 3],
+}
+
+impl TileRays {
+    /// What triangles are measured from: the origin, or the first start point.
+    pub(crate) fn base(&self) -> DVec3 {
+        match self.origin {
+            Origin::Point(point) => point,
+            Origin::Infinity(_) => self.span[0],
         }
+    }
+
+    /// |F| + 63|R| + 63|U|: bounds |d|, or |p| − |base|, on the tile.
+    fn size(&self) -> DVec3 {
+        let [f, r, u] = self.span.map(DVec3::abs);
+        let range = (r + u) * LAST;
+        match self.origin {
+            Origin::Point(_) => f + range,
+            Origin::Infinity(_) => range,
+        }
+    }
+
+    /// Bounds of 18u·Σ|·||·|, to be multiplied by the sides of a triangle: of an edge function (one side), of the
+    /// key's numerator and of its denominator (two sides). `reach` bounds |a − base|.
+    fn errors(&self, reach: DVec3) -> [f64; 3] {
+        // Σ_k x_k(y_i + y_j): a triple product whose third factor is at most 1 in each component.
+        let with_unit = |x: DVec3, y: DVec3| x.x * (y.y + y.z) + x.y * (y.z + y.x) + x.z * (y.x + y.y);
+        let sum = |x: DVec3| 2.0 * (x.x + x.y + x.z);
+        let size = self.size();
+        let errors = match self.origin {
+            Origin::Point(_) => [with_unit(size, reach * 2.0), sum(size), sum(reach)],
+            Origin::Infinity(d) => {
+                let ends = (reach + size) * 2.0;
+                [with_unit(ends, d.abs()), sum(reach + size), sum(d.abs())]
+            }
+        };
+        errors.map(|error| error * (TRIPLE_PRODUCT_ERROR * BOUND_SLACK))
     }
 }
 
-/// Sets up eight triangles for a tile within |X| ≤ `reach[0]` and |Y| ≤ `reach[1]`.
+/// c, v_x and v_y of eight affine functions.
+#[derive(Clone, Copy)]
+struct Affine<S: Simd>([Lanes<S>; 3]);
+
+impl<S: Simd> Affine<S> {
+    /// A bound of the magnitude on the tile.
+    #[inline(always)]
+    fn size(self) -> Lanes<S> {
+        let [c, x, y] = self.0;
+        c.abs() + (x.abs() + y.abs()) * LAST
+    }
+
+    #[inline(always)]
+    fn times(self, factor: Lanes<S>) -> Self {
+        let [c, x, y] = self.0;
+        Self([c * factor, x * factor, y * factor])
+    }
+}
+
+/// Sets up those of eight triangles whose lanes are asked for. `reach` bounds |a − base| of all corners.
 #[inline(always)]
 pub(crate) fn set_up<S: Simd>(
     simd: S,
-    origin: Origin,
-    film: &GridFilm,
+    rays: &TileRays,
     batch: &Batch,
-    reach: [f64; 2],
-    setup: &mut BatchSetup,
+    lanes: u64,
+    reach: DVec3,
+    setups: &mut Setups,
 ) {
-    let span = film.span();
-    let base = match origin {
-        Origin::Point(point) => point,
-        Origin::Infinity(_) => span[0],
-    };
-    let [a, b, c] = [
-        Points::load(simd, &batch.corners[0]),
-        Points::load(simd, &batch.corners[1]),
-        Points::load(simd, &batch.corners[2]),
-    ];
-    let corners = [a, b, c];
-    let base = Points::splat(simd, base);
+    let [edge_error, numerator_error, denominator_error] = rays.errors(reach);
+    let base = Points::splat(simd, rays.base());
+    let [a, b, c] = batch.points(simd);
+    let sides = [b.minus(a), c.minus(b), a.minus(c)];
     let relative = [a.minus(base), b.minus(base), c.minus(base)];
-
-    // The normal; the side of the origin, A·N or D·N, is the sign of a hit and the denominator of the key.
-    let (ab, ac) = (b.minus(a), c.minus(a));
-    let normal = CrossLanes::of(ab, ab.abs(), ac);
-    let denominator = match origin {
-        Origin::Point(_) => Product::of(normal, relative[0]),
-        Origin::Infinity(d) => Product::of(normal, Points::splat(simd, d)),
-    };
-    let negative = sides(origin, batch, denominator);
     let zero = Lanes::simd_from(simd, 0.0);
-    let negative_mask = LaneMask::from_bitmask(simd, negative.0);
+    let longest = [longest(sides[0]), longest(sides[1]), longest(sides[2])];
 
-    setup.lanes = negative.1;
+    // The normal (b − a)×(c − a); the side of the origin, A·N or D·N, is the sign of a hit and the denominator of the key.
+    let normal = cross(sides[2], sides[0]);
+    let denominator = match rays.origin {
+        Origin::Point(_) => normal.dot_lanes(relative[0]),
+        Origin::Infinity(d) => normal.dot(d),
+    };
+    let product = longest[0] * longest[2];
+    let denominator_error = product * denominator_error;
+    let negative;
+    (negative, setups.lanes) = signs(rays.origin, batch, lanes, denominator, denominator_error);
+    let negative = LaneMask::from_bitmask(simd, negative);
+
     for edge in 0..3 {
         let next = (edge + 1) % 3;
-        let along = corners[next].minus(corners[edge]);
-        let ends = [relative[edge], relative[next]];
-        let (lead, [first, right, up]) = edge_function(simd, origin, span, ends, along);
-        let (first, right, up) =
-            (first.signed(negative_mask), right.signed(negative_mask), up.signed(negative_mask));
-        setup.values[edge] = affine(first, right, up, reach);
-        setup.zero_is_inside[edge] = leads_positive(lead, zero) ^ negative.0;
+        let function = edge_function(simd, rays, relative[edge].plus(relative[next]), sides[edge]);
+        let error = longest[edge] * edge_error + function.size() * AFFINE_ERROR + TINY;
+        let scale = power_of_two_below((zero + 1.0) / error);
+        let scaled = function.times(negative.select(-scale, scale)).0;
+        for part in 0..3 {
+            narrow(scaled[part]).store_slice(&mut setups.edges[edge][part]);
+        }
     }
 
-    let first = match origin {
-        Origin::Point(_) => Product::with(normal, span[0]),
-        Origin::Infinity(_) => Product::of(normal, relative[0]).negated(),
+    let numerator = match rays.origin {
+        Origin::Point(_) => normal.dot(rays.span[0]),
+        Origin::Infinity(_) => -normal.dot_lanes(relative[0]),
     };
-    let (right, up) = (Product::with(normal, span[1]), Product::with(normal, span[2]));
-    let (first, right) = (first.over(denominator, zero), right.over(denominator, zero));
-    setup.values[3] = affine(first, right, up.over(denominator, zero), reach);
+    let numerator = Affine([numerator, normal.dot(rays.span[1]), normal.dot(rays.span[2])]);
+    store_key(numerator, product * numerator_error, denominator, denominator_error, zero, setups);
 }
 
-/// n of an edge with two ends (from the base) and their difference, and twice (c, x, y) of its edge function.
+/// c, v_x and v_y of an edge function, given the sum of its ends (from the base) and their difference.
 #[inline(always)]
-fn edge_function<S: Simd>(
-    simd: S,
-    origin: Origin,
-    span: [DVec3; 3],
-    [from, to]: [Points<S>; 2],
-    along: Points<S>,
-) -> (Points<S>, [Product<S>; 3]) {
-    let size = from.abs().plus(to.abs());
-    match origin {
+fn edge_function<S: Simd>(simd: S, rays: &TileRays, ends: Points<S>, along: Points<S>) -> Affine<S> {
+    let [f, r, u] = rays.span;
+    match rays.origin {
         Origin::Point(_) => {
-            let n = CrossLanes::of(from.plus(to), size, along);
-            (n.value, [Product::with(n, span[0]), Product::with(n, span[1]), Product::with(n, span[2])])
+            let n = cross(ends, along);
+            Affine([n.dot(f), n.dot(r), n.dot(u)])
         }
         Origin::Infinity(d) => {
-            let d = Points::splat(simd, d);
-            let n = CrossLanes::of(d, d.abs(), along);
             // The ends are a − F and b − F: their sum has the opposite sign of (F − a) + (F − b).
-            let first = Product::sized(n, from.plus(to), size).negated();
-            (n.value, [first, Product::with(n, span[1] * 2.0), Product::with(n, span[2] * 2.0)])
+            let n = cross(Points::splat(simd, d), along);
+            Affine([-n.dot_lanes(ends), n.dot(r * 2.0), n.dot(u * 2.0)])
         }
     }
 }
 
-/// A value per lane, and a bound of its error.
-#[derive(Clone, Copy)]
-struct Product<S: Simd> {
-    value: Lanes<S>,
-    error: Lanes<S>,
-}
-
-impl<S: Simd> Product<S> {
-    /// n·x for an exact x.
-    #[inline(always)]
-    fn with(n: CrossLanes<S>, x: DVec3) -> Self {
-        Self { value: n.value.dot(x), error: n.permanent.dot(x.abs()) * TRIPLE_PRODUCT_ERROR }
-    }
-
-    /// n·x for an x per lane, rounded once.
-    #[inline(always)]
-    fn of(n: CrossLanes<S>, x: Points<S>) -> Self {
-        Self::sized(n, x, x.abs())
-    }
-
-    /// n·x for an x per lane whose roundings are those of `size`.
-    #[inline(always)]
-    fn sized(n: CrossLanes<S>, x: Points<S>, size: Points<S>) -> Self {
-        Self { value: n.value.dot_lanes(x), error: n.permanent.dot_lanes(size) * TRIPLE_PRODUCT_ERROR }
-    }
-
-    #[inline(always)]
-    fn negated(self) -> Self {
-        Self { value: -self.value, error: self.error }
-    }
-
-    /// −p in the lanes of the mask.
-    #[inline(always)]
-    fn signed(self, negative: LaneMask<S>) -> Self {
-        Self { value: negative.select(-self.value, self.value), error: self.error }
-    }
-
-    /// The quotient; 0 with infinite error where the divisor may be zero.
-    #[inline(always)]
-    fn over(self, divisor: Self, zero: Lanes<S>) -> Self {
-        let size = divisor.value.abs() - divisor.error;
-        let certain = size.simd_gt(zero);
-        let value = self.value / divisor.value;
-        let error = (self.error + value.abs() * divisor.error) / size + value.abs() * U;
-        Self {
-            value: certain.select(value, zero),
-            error: certain.select(error * BOUND_SLACK, zero + f64::INFINITY),
-        }
-    }
-}
-
-/// c, x, y and the error of evaluating them within `reach`.
+/// The key as a quotient, and its bounds in f32. Where the divisor may be zero the bounds are infinite.
 #[inline(always)]
-fn affine<S: Simd>(c: Product<S>, x: Product<S>, y: Product<S>, reach: [f64; 2]) -> [[f64; LANES]; 4] {
-    // A reach of zero times an infinite error would be NaN, and minima of depths pass over NaN.
-    let reach = reach.map(|reach| reach.max(1.0));
-    let coefficients = c.error + x.error * reach[0] + y.error * reach[1];
-    let size = c.value.abs() + x.value.abs() * reach[0] + y.value.abs() * reach[1];
-    let error = (coefficients + size * AFFINE_ERROR) * BOUND_SLACK;
-    [c.value.to_array(), x.value.to_array(), y.value.to_array(), error.to_array()]
+fn store_key<S: Simd>(
+    numerator: Affine<S>,
+    numerator_error: Lanes<S>,
+    denominator: Lanes<S>,
+    denominator_error: Lanes<S>,
+    zero: Lanes<S>,
+    setups: &mut Setups,
+) {
+    let inverse = (zero + 1.0) / denominator;
+    let key = numerator.times(inverse);
+    let size = key.size();
+    let certain = denominator.abs() - denominator_error;
+    // Three roundings of the quotient and four of its evaluation in f64, each of at most the size.
+    let error = (numerator_error + size * denominator_error) / certain * BOUND_SLACK + size * (8.0 * U);
+    let slack = error + size * KEY_AFFINE_ERROR + KEY_UNDERFLOW;
+    // Comparisons with NaN are false.
+    let sound = certain.simd_gt(zero) & (size + slack).simd_lt(zero + KEY_LIMIT);
+    let infinite = zero + f64::INFINITY;
+    let [c, x, y] = key.0;
+    narrow(sound.select(c - slack, -infinite)).store_slice(&mut setups.bounds[0]);
+    narrow(sound.select(c + slack, infinite)).store_slice(&mut setups.bounds[1]);
+    narrow(sound.select(x, zero)).store_slice(&mut setups.bounds[2]);
+    narrow(sound.select(y, zero)).store_slice(&mut setups.bounds[3]);
+    for (part, value) in [c, x, y].into_iter().enumerate() {
+        sound.select(value, zero).store_slice(&mut setups.key[part]);
+    }
+    sound.select(error, infinite).store_slice(&mut setups.key[3]);
 }
 
-/// The lanes where the first component that is not zero is positive.
+/// The greatest powers of two up to some positive normal numbers.
 #[inline(always)]
-fn leads_positive<S: Simd>(n: Points<S>, zero: Lanes<S>) -> u64 {
-    let (x, y, z) = (n.x.simd_eq(zero), n.y.simd_eq(zero), n.z.simd_gt(zero));
-    let lead = n.x.simd_gt(zero) | (x & (n.y.simd_gt(zero) | (y & z)));
-    lead.to_bitmask()
+fn power_of_two_below<S: Simd>(x: Lanes<S>) -> Lanes<S> {
+    let exponent_bits = 0x7FF0_0000_0000_0000_u64;
+    (x.bitcast::<u64x8<S>>() & exponent_bits).bitcast()
+}
+
+/// y×z per lane.
+#[inline(always)]
+fn cross<S: Simd>(y: Points<S>, z: Points<S>) -> Points<S> {
+    Points { x: y.y * z.z - y.z * z.y, y: y.z * z.x - y.x * z.z, z: y.x * z.y - y.y * z.x }
+}
+
+/// The greatest component, per lane.
+#[inline(always)]
+fn longest<S: Simd>(side: Points<S>) -> Lanes<S> {
+    side.x.abs().max(side.y.abs()).max(side.z.abs())
 }
 
 /// The lanes with a negative side, and those with a side at all: exactly, where the bound leaves doubt.
 #[inline(always)]
-fn sides<S: Simd>(origin: Origin, batch: &Batch, side: Product<S>) -> (u64, u64) {
-    let positive = side.value.simd_gt(side.error).to_bitmask() & batch.lanes();
-    let negative = (-side.value).simd_gt(side.error).to_bitmask() & batch.lanes();
-    let doubtful = batch.lanes() & !positive & !negative;
+fn signs<S: Simd>(origin: Origin, batch: &Batch, lanes: u64, side: Lanes<S>, error: Lanes<S>) -> (u64, u64) {
+    let positive = side.simd_gt(error).to_bitmask() & lanes;
+    let negative = (-side).simd_gt(error).to_bitmask() & lanes;
+    let doubtful = lanes & !positive & !negative;
     bits(doubtful).fold((negative, positive | negative), |(negative, any), lane| {
         match exact_side(origin, batch, lane) {
             Sign::Negative => (negative | 1 << lane, any | 1 << lane),
@@ -255,7 +272,8 @@ fn sides<S: Simd>(origin: Origin, batch: &Batch, side: Product<S>) -> (u64, u64)
 /// The sign of A·N or D·N.
 #[cold]
 fn exact_side(origin: Origin, batch: &Batch, lane: usize) -> Sign {
-    let [a, b, c] = batch.corners.each_ref().map(|corner| DVec3::from_array(corner.map(|x| x[lane])));
+    let [a, b, c] =
+        batch.corners.each_ref().map(|corner| DVec3::from_array(corner.map(|x| f64::from(x[lane]))));
     match origin {
         Origin::Point(o) => orientation(a, b, c, o),
         Origin::Infinity(_) => facing(&origin.ray(DVec3::ZERO), &Triangle { a, b, c }),
