@@ -7,12 +7,12 @@
 //! Based on: Ned Greene, Michael Kass, Gavin Miller, "Hierarchical Z-Buffer Visibility", 1993; Jon Hasselgren, Magnus
 //! Andersson, Tomas Akenine-Möller, "Masked Software Occlusion Culling", 2016 (lazy updates).
 
-use fearless_simd::{f32x8, prelude::*};
+use fearless_simd::prelude::*;
 
 use crate::approx::Sign;
 use crate::bounds::U;
 use crate::hits::NO_TRIANGLE;
-use crate::lanes::{LANES, Lanes, bits};
+use crate::lanes::{LANES, Lanes, Narrow, bits, narrow};
 use crate::pencil::Origin;
 use crate::predicates::Distance;
 use crate::ray::Ray;
@@ -142,7 +142,7 @@ impl DepthBuffer {
         let [lo, hi] = self.keys(simd, first);
         let (rounded, doubtful) = rounded_distances(simd, lo, hi, origin);
         ids.copy_from_slice(&self.ids[first..first + count]);
-        ts.copy_from_slice(&rounded[..count]);
+        ts.copy_from_slice(&rounded.to_array()[..count]);
         for lane in bits(doubtful & ((1 << count) - 1)) {
             ts[lane] = Distance::new(&ray(lane), &triangles.triangle(ids[lane])).rounded();
         }
@@ -174,7 +174,7 @@ pub(crate) fn rounded_distances<S: Simd>(
     lo: Lanes<S>,
     hi: Lanes<S>,
     origin: Origin,
-) -> ([f32; LANES], u64) {
+) -> (Narrow<S>, u64) {
     let zero = Lanes::simd_from(simd, 0.0);
     let (least, greatest, valid) = match origin {
         Origin::Point(_) => ((zero + 1.0) / hi, (zero + 1.0) / lo, lo.simd_gt(zero)),
@@ -187,12 +187,9 @@ pub(crate) fn rounded_distances<S: Simd>(
     let least = (least * (1.0 - 2.0 * U)).max(smallest).min(largest);
     let greatest = (greatest * (1.0 + 2.0 * U)).max(smallest).min(largest);
     let least = nothing.select(zero + f64::INFINITY, least);
-    let (low, high) = least.split();
-    let least: f32x8<S> = low.narrow(high);
-    let (low, high) = greatest.split();
-    let greatest: f32x8<S> = low.narrow(high);
+    let (least, greatest) = (narrow(least), narrow(greatest));
     let certain = (least.simd_eq(greatest).to_bitmask() & valid.to_bitmask()) | nothing.to_bitmask();
-    (least.to_array(), !certain & 0xFF)
+    (least, !certain & 0xFF)
 }
 
 /// Whether the first triangle comes before the second along the ray by (t, id), exactly.

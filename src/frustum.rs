@@ -65,14 +65,14 @@ impl Functional {
         Approx { value: self.g.x * a.x + self.g.y * a.y + self.g.z * a.z, error: m.x + m.y + m.z }
     }
 
-    /// Upper bounds over eight boxes [lo, hi] of A with magnitudes up to `size`.
+    /// The greatest values over eight boxes [lo, hi] of A, but for the error.
     #[inline(always)]
-    fn upper_lanes<S: Simd>(&self, lo: Points<S>, hi: Points<S>, size: Points<S>) -> Lanes<S> {
-        let Self { g, slack } = *self;
+    fn greatest_lanes<S: Simd>(&self, lo: Points<S>, hi: Points<S>) -> Lanes<S> {
+        let g = self.g;
         let x = if g.x < 0.0 { lo.x } else { hi.x } * g.x;
         let y = if g.y < 0.0 { lo.y } else { hi.y } * g.y;
         let z = if g.z < 0.0 { lo.z } else { hi.z } * g.z;
-        x + y + z + size.dot(slack)
+        x + y + z
     }
 
     /// The functional times a power of two.
@@ -231,19 +231,35 @@ impl Frustum {
         Some(least - least.abs() * (2.0 * U))
     }
 
-    /// The boxes, as bits, that are not strictly outside, and a lower bound of t within each.
+    /// What the tests of eight boxes compare with, for boxes within |A| ≤ `reach`: the sides' offsets and the start,
+    /// each less the error there.
+    pub(crate) fn limits(&self, reach: DVec3) -> [f64; 6] {
+        let mut limits = [0.0; 6];
+        for (limit, Side { functional, offset }) in limits.iter_mut().zip(&self.sides) {
+            // Rounded down once more: an offset minus a slack of at least 5u of it.
+            *limit = *offset - (functional.slack_within(reach) + offset.abs() * DOT_SLACK);
+        }
+        limits[5] = -(self.start + (self.t.slack_within(reach) + self.start.abs() * DOT_SLACK));
+        limits
+    }
+
+    /// The boxes, as bits, that are not strictly outside, and a lower bound of t within each. `limits` are those of
+    /// [`Frustum::limits`].
     #[inline(always)]
-    pub(crate) fn enter_lanes<S: Simd>(&self, simd: S, boxes: &Boxes) -> (u64, [f64; LANES]) {
+    pub(crate) fn enter_lanes<S: Simd>(
+        &self,
+        simd: S,
+        boxes: &Boxes,
+        limits: &[f64; 6],
+    ) -> (u64, [f64; LANES]) {
         let [lo, hi] = boxes.corners(simd, self.base);
-        let (x, y, z) = (lo.x.abs().max(hi.x.abs()), lo.y.abs().max(hi.y.abs()), lo.z.abs().max(hi.z.abs()));
-        let size = Points { x, y, z };
         // Empty lanes are infinite, and their bounds would be NaN.
         let mut outside = hi.x.simd_lt(lo.x).to_bitmask();
-        for Side { functional, offset } in &self.sides {
-            let upper = functional.upper_lanes(lo, hi, size) + offset.abs() * DOT_SLACK;
-            outside |= upper.simd_lt(Lanes::simd_from(simd, *offset)).to_bitmask();
+        for (Side { functional, .. }, limit) in self.sides.iter().zip(limits) {
+            let upper = functional.greatest_lanes(lo, hi);
+            outside |= upper.simd_lt(Lanes::simd_from(simd, *limit)).to_bitmask();
         }
-        let least = -self.t.negated().upper_lanes(lo, hi, size) - self.start;
+        let least = -self.t.negated().greatest_lanes(lo, hi) + limits[5];
         let least = least - least.abs() * (2.0 * U);
         (!outside & 0xFF, least.to_array())
     }

@@ -28,6 +28,11 @@ impl Hits {
         Self { ids: vec![NO_TRIANGLE; rays], ts: vec![f32::INFINITY; rays] }
     }
 
+    /// Room for some rays that are all going to be written: pages of zeros, which nobody has touched yet.
+    pub(crate) fn unwritten(rays: usize) -> Self {
+        Self { ids: vec![0; rays], ts: vec![0.0; rays] }
+    }
+
     /// The number of rays.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -30,6 +30,8 @@ pub(crate) struct FilmQuery<'a> {
     pub(crate) origin: Origin,
     pub(crate) film: &'a GridFilm,
     pub(crate) projection: &'a Projection,
+    /// The box of all triangles.
+    pub(crate) bounds: Aabb,
     pub(crate) accuracy: Accuracy,
     pub(crate) level: Level,
     /// Whether any hit will do.
@@ -41,8 +43,11 @@ pub(crate) struct FilmQuery<'a> {
 pub(crate) struct Tile<'a> {
     pub(crate) query: FilmQuery<'a>,
     pub(crate) rect: Rect,
+    /// Cleared before the first triangle.
     pub(crate) depth: &'a mut TileDepth,
+    touched: bool,
     frustum: Frustum,
+    limits: [f64; 6],
     pixels: Pixels,
     rays: TileRays,
     /// Eight triangles, where they meet the tile, and their setup.
@@ -59,12 +64,14 @@ impl<'a> Tile<'a> {
         let y = Interval { lo: film.y(rect.y1 - 1), hi: film.y(rect.y0) };
         let [_, right, up] = film.span();
         let span = [film.at(rect.x0, rect.y0), right * film.step(), -up * film.step()];
-        depth.clear(rect.width(), rect.height());
+        let frustum = Frustum::new(projection, x, y, Interval { lo: 0.0, hi: 0.0 });
         Self {
             query,
             rect,
             depth,
-            frustum: Frustum::new(projection, x, y, Interval { lo: 0.0, hi: 0.0 }),
+            touched: false,
+            frustum,
+            limits: frustum.limits(reach_of(&query.bounds, projection.base)),
             pixels: Pixels::new(projection, film, rect),
             rays: TileRays { origin, span },
             batch: Batch::EMPTY,
@@ -76,22 +83,26 @@ impl<'a> Tile<'a> {
     /// The boxes, as bits, that some ray may meet, and a lower bound of t within each.
     pub(crate) fn enter(&mut self, boxes: &Boxes) -> (u64, [f64; LANES]) {
         dispatch!(self.query.level, simd => {
-            self.depth.refresh(simd);
-            self.frustum.enter_lanes(simd, boxes)
+            if self.touched {
+                self.depth.refresh(simd);
+            }
+            self.frustum.enter_lanes(simd, boxes, &self.limits)
         })
     }
 
     /// Whether what lies no nearer than `t` is hidden from all rays.
     pub(crate) fn hides(&self, t: f64) -> bool {
-        self.depth.hides(greatest_key(self.query.origin, t))
+        self.touched && self.depth.hides(greatest_key(self.query.origin, t))
     }
 
     /// Tests a run of triangles within a box against all rays.
     pub(crate) fn intersect(&mut self, bounds: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats) {
-        let (lo, hi) = bounds.corners();
-        let reach = |base: DVec3| (lo - base).abs().max((hi - base).abs()) * (1.0 + 4.0 * U);
+        if !self.touched {
+            self.depth.clear(self.rect.width(), self.rect.height());
+            self.touched = true;
+        }
         // Two bases at infinity: the film's for columns, the tile's for setup.
-        let reaches = [reach(self.query.projection.base), reach(self.rays.base())];
+        let reaches = [reach_of(bounds, self.query.projection.base), reach_of(bounds, self.rays.base())];
         let triangles = self.query.triangles;
         let mut ids = ids.peekable();
         while ids.peek().is_some() {
@@ -131,7 +142,11 @@ impl<'a> Tile<'a> {
 
     /// Writes what the rays have hit.
     pub(crate) fn write(&self, window: &mut Window<'_>) {
-        dispatch!(self.query.level, simd => self.write_lanes(simd, window));
+        if self.touched {
+            dispatch!(self.query.level, simd => self.write_lanes(simd, window));
+        } else {
+            window.miss();
+        }
     }
 
     #[inline(always)]
@@ -148,6 +163,12 @@ impl<'a> Tile<'a> {
             }
         }
     }
+}
+
+/// A bound of |x − base| within a box.
+fn reach_of(bounds: &Aabb, base: DVec3) -> DVec3 {
+    let (lo, hi) = bounds.corners();
+    (lo - base).abs().max((hi - base).abs()) * (1.0 + 4.0 * U)
 }
 
 /// The greatest depth key of anything that lies no nearer than `t` ≥ 0 on a pencil's rays.

@@ -61,13 +61,13 @@ fn run(
     if let Rays::General(rays) = rays {
         rays.iter().try_for_each(Ray::check)?;
     }
+    if let (Rays::Pencil(pencil), Path::Pencil) = (rays, options.path) {
+        let mut hits = Hits::unwritten(rays.len());
+        let stats = recursion::intersect(triangles, pencil, options.accuracy, level, any, &mut hits);
+        return Ok((hits, stats));
+    }
     let mut hits = Hits::missed(rays.len());
-    let stats = match (rays, options.path) {
-        (Rays::Pencil(pencil), Path::Pencil) => {
-            recursion::intersect(triangles, pencil, options.accuracy, level, any, &mut hits)
-        }
-        _ => general::intersect(triangles, Probes::Rays(rays), any, &mut hits),
-    };
+    let stats = general::intersect(triangles, Probes::Rays(rays), any, &mut hits);
     Ok((hits, stats))
 }
 

@@ -48,15 +48,16 @@ pub(crate) fn intersect(
         Film::Grid(grid) => (grid.width(), grid.height()),
         Film::Scattered(samples) => (samples.len() as u32, 1),
     });
-    for (film, window) in pencil.films().iter().zip(Window::over(hits, sizes)) {
+    for (film, mut window) in pencil.films().iter().zip(Window::over(hits, sizes)) {
         stats = stats.plus(match film {
             Film::Grid(film) => {
                 let Some(projection) = Projection::new(pencil.origin(), film.span()) else {
+                    window.miss();
                     continue;
                 };
                 let origin = pencil.origin();
-                let query =
-                    FilmQuery { triangles, origin, film, projection: &projection, accuracy, level, any };
+                let (projection, bounds) = (&projection, runs.bounds());
+                let query = FilmQuery { triangles, origin, film, projection, bounds, accuracy, level, any };
                 split_film(query, &runs, window)
             }
             Film::Scattered(samples) => {
@@ -71,8 +72,7 @@ pub(crate) fn intersect(
 
 /// Splits the rays of a film down to tiles, and works on them in parallel.
 fn split_film(query: FilmQuery<'_>, runs: &Runs, window: Window<'_>) -> Stats {
-    let mut tiles = Vec::new();
-    window.split(TILE_SIDE, &mut tiles);
+    let tiles = window.tiles(TILE_SIDE);
     tiles
         .into_par_iter()
         .map_init(TileDepth::new, |depth, mut window| {

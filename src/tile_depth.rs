@@ -248,23 +248,23 @@ impl TileDepth {
         triangles: &Triangles<'_>,
         ray: impl Fn(usize) -> Ray,
     ) {
-        let count = ids.len();
         let kept = &self.ids[row % ROWS];
-        ids.copy_from_slice(&kept[..count]);
-        if *kept == [NO_TRIANGLE; LANES] {
-            ts.fill(f32::INFINITY);
-            return;
-        }
         let keys = Lanes::load_array_ref(simd, &self.keys[row % ROWS]);
         let error = keys.abs() * KEY_ERROR;
-        let (rounded, doubtful) = rounded_distances(simd, keys - error, keys + error, origin);
-        for (lane, t) in ts.iter_mut().enumerate() {
-            *t = if kept[lane] == NO_TRIANGLE { f32::INFINITY } else { rounded[lane] };
+        let (mut rounded, doubtful) = rounded_distances(simd, keys - error, keys + error, origin);
+        let none = u32x8::simd_from(simd, NO_TRIANGLE);
+        let missed = u32x8::load_array_ref(simd, kept).simd_eq(none);
+        rounded = missed.select(Narrow::simd_from(simd, f32::INFINITY), rounded);
+        let doubtful = doubtful & !missed.to_bitmask();
+        if let (Ok(ids), Ok(ts)) = (<&mut [u32; LANES]>::try_from(&mut **ids), (&mut **ts).try_into()) {
+            let ts: &mut [f32; LANES] = ts;
+            (*ids, *ts) = (*kept, rounded.to_array());
+        } else {
+            ids.copy_from_slice(&kept[..ids.len()]);
+            ts.copy_from_slice(&rounded.to_array()[..ids.len()]);
         }
-        for lane in bits(doubtful & ((1 << count) - 1)) {
-            if kept[lane] != NO_TRIANGLE {
-                ts[lane] = Distance::new(&ray(lane), &triangles.triangle(kept[lane])).rounded();
-            }
+        for lane in bits(doubtful & ((1 << ids.len()) - 1)) {
+            ts[lane] = Distance::new(&ray(lane), &triangles.triangle(kept[lane])).rounded();
         }
     }
 }

@@ -1,6 +1,9 @@
-//! A rectangle of the hits of a film, split into disjoint halves: parallel writing without locks.
+//! A rectangle of the hits of a film, split into disjoint tiles: parallel writing without locks.
+
+use rayon::prelude::*;
 
 use crate::Hits;
+use crate::hits::NO_TRIANGLE;
 
 /// Columns `columns` and rows `rows` of a film, half open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,39 +54,35 @@ impl<'a> Window<'a> {
         windows
     }
 
-    /// The tiles of at most `side` columns and rows, near each other in the order of the list: halves of halves.
-    pub(crate) fn split(self, side: u32, tiles: &mut Vec<Self>) {
-        if self.rect.width() <= side && self.rect.height() <= side {
-            tiles.push(self);
-        } else {
-            let (one, other) = self.halves(side);
-            one.split(side, tiles);
-            other.split(side, tiles);
-        }
+    /// The tiles of at most `side` columns and rows, row by row of tiles.
+    pub(crate) fn tiles(mut self, side: u32) -> Vec<Self> {
+        let Rect { x0, y0, x1, y1 } = self.rect;
+        let bands: Vec<Vec<Self>> = self
+            .rows
+            .par_chunks_mut(side as usize)
+            .zip((y0..y1).into_par_iter().step_by(side as usize))
+            .map(|(band, y)| {
+                let mut tiles: Vec<Self> = (x0..x1)
+                    .step_by(side as usize)
+                    .map(|x| Rect { x0: x, y0: y, x1: (x + side).min(x1), y1: (y + side).min(y1) })
+                    .map(|rect| Self { rect, rows: Vec::with_capacity(band.len()) })
+                    .collect();
+                for row in band {
+                    let (ids, ts) = std::mem::take(row);
+                    let parts = ids.chunks_mut(side as usize).zip(ts.chunks_mut(side as usize));
+                    tiles.iter_mut().zip(parts).for_each(|(tile, row)| tile.rows.push(row));
+                }
+                tiles
+            })
+            .collect();
+        bands.into_iter().flatten().collect()
     }
 
-    /// The halves left and right of a column, or above and below a row, whichever side is longer, cut at a multiple of
-    /// `align` where there is one.
-    fn halves(self, align: u32) -> (Self, Self) {
-        let Rect { x0, y0, x1, y1 } = self.rect;
-        let middle = |lo: u32, hi: u32| lo + ((hi - lo) / 2).div_ceil(align) * align;
-        if self.rect.width() >= self.rect.height() {
-            let x = middle(x0, x1);
-            let at = (x - x0) as usize;
-            let halves = self.rows.into_iter().map(|(ids, ts)| {
-                let ((left_ids, right_ids), (left_ts, right_ts)) =
-                    (ids.split_at_mut(at), ts.split_at_mut(at));
-                ((left_ids, left_ts), (right_ids, right_ts))
-            });
-            let (left, right) = halves.unzip();
-            let (left_rect, right_rect) = (Rect { x0, y0, x1: x, y1 }, Rect { x0: x, y0, x1, y1 });
-            (Self { rect: left_rect, rows: left }, Self { rect: right_rect, rows: right })
-        } else {
-            let y = middle(y0, y1);
-            let mut above = self.rows;
-            let below = above.split_off((y - y0) as usize);
-            let (above_rect, below_rect) = (Rect { x0, y0, x1, y1: y }, Rect { x0, y0: y, x1, y1 });
-            (Self { rect: above_rect, rows: above }, Self { rect: below_rect, rows: below })
+    /// Notes that no ray has hit anything.
+    pub(crate) fn miss(&mut self) {
+        for (ids, ts) in &mut self.rows {
+            ids.fill(NO_TRIANGLE);
+            ts.fill(f32::INFINITY);
         }
     }
 }
