@@ -12,12 +12,14 @@ use std::ops::Range;
 
 use fearless_simd::prelude::*;
 
-use crate::lanes::{LANES, Lanes, Narrow, bits};
+use crate::depth::precedes;
+use crate::lanes::{LANES, Narrow, bits};
 use crate::leaf::{FilmQuery, Tile};
 use crate::pencil::Origin;
 use crate::predicates::covers;
 use crate::ray::Ray;
-use crate::tile_depth::{BLOCK_SIDE, KEY_ERROR, TileCandidate, place, row_of};
+use crate::tile_depth::{BLOCK_SIDE, Candidate, Record, place, row_of};
+use crate::window::Rect;
 use crate::{Accuracy, Stats};
 
 /// Triangles over at most this many columns or rows of blocks go straight to the rows. Not tuned; it changes time only.
@@ -37,10 +39,11 @@ const CERTAIN_ON_BLOCK: f32 = 2.0;
 struct Affine<S: Simd>([Narrow<S>; 3]);
 
 impl<S: Simd> Affine<S> {
+    /// The function on eight columns.
     #[inline(always)]
-    fn at(self, x: Narrow<S>, y: f32) -> Narrow<S> {
+    fn column(self, x: Narrow<S>) -> Column<S> {
         let [c, along_x, along_y] = self.0;
-        (c + along_x * x) + along_y * y
+        Column { start: c + along_x * x, along_y }
     }
 
     /// Half of its range on a block.
@@ -50,10 +53,28 @@ impl<S: Simd> Affine<S> {
     }
 }
 
+/// An affine function on eight columns: at row 0, and its step from row to row.
+#[derive(Clone, Copy)]
+struct Column<S: Simd> {
+    start: Narrow<S>,
+    along_y: Narrow<S>,
+}
+
+impl<S: Simd> Column<S> {
+    #[inline(always)]
+    fn at(self, y: f32) -> Narrow<S> {
+        self.start + self.along_y * y
+    }
+}
+
 /// A triangle on its way through the blocks of a tile.
 #[derive(Clone, Copy)]
 struct Primitive<S: Simd> {
+    id: u32,
+    /// Its lane in the setups.
     lane: usize,
+    /// The record that its hits refer to.
+    record: u32,
     edges: [Affine<S>; 3],
     /// The key without its c, and lower and upper c.
     slope: Affine<S>,
@@ -63,23 +84,27 @@ struct Primitive<S: Simd> {
 }
 
 impl Tile<'_> {
-    /// Tests one triangle against the rays.
+    /// Tests one triangle, set up in a lane, against a rectangle of rays.
     #[inline(always)]
-    pub(crate) fn rasterize<S: Simd>(&mut self, simd: S, lane: usize, stats: &mut Stats) {
-        let primitive = self.primitive(simd, lane);
-        let rect = self.footprints.rect(lane);
-        let (bx, by) = (
-            rect.x0 / BLOCK_SIDE..(rect.x1 - 1) / BLOCK_SIDE + 1,
-            rect.y0 / BLOCK_SIDE..(rect.y1 - 1) / BLOCK_SIDE + 1,
-        );
-        let few = bx.end - bx.start <= FEW_BLOCKS && by.end - by.start <= FEW_BLOCKS;
-        for by in by {
+    pub(crate) fn rasterize<S: Simd>(
+        &mut self,
+        simd: S,
+        (id, lane): (u32, usize),
+        rect: Rect,
+        greatest: f32,
+        stats: &mut Stats,
+    ) {
+        let primitive = self.primitive(simd, (id, lane), greatest);
+        let (bx0, bx1) = (rect.x0 / BLOCK_SIDE, (rect.x1 - 1) / BLOCK_SIDE);
+        let (by0, by1) = (rect.y0 / BLOCK_SIDE, (rect.y1 - 1) / BLOCK_SIDE);
+        let few = bx1 - bx0 < FEW_BLOCKS && by1 - by0 < FEW_BLOCKS;
+        let mut hit = false;
+        for by in by0..=by1 {
             let rows = rect.y0.max(by * BLOCK_SIDE)..rect.y1.min((by + 1) * BLOCK_SIDE);
-            let mut met = (1_u64 << bx.end) - (1 << bx.start);
-            let mut inside = 0;
+            let (mut met, mut inside) = ((2_u64 << bx1) - (1 << bx0), 0);
             if few {
-                for bx in bx.clone() {
-                    let hidden = self.depth.hides_in_block(bx, by, primitive.greatest);
+                for bx in bx0..=bx1 {
+                    let hidden = self.work.depth.hides_in_block(bx, by, primitive.greatest);
                     met &= !(u64::from(hidden) << bx);
                 }
             } else {
@@ -88,26 +113,28 @@ impl Tile<'_> {
             for bx in bits(met) {
                 // In range: eight blocks.
                 let block = (bx as u32, rows.clone());
-                self.intersect_block(simd, &primitive, block, inside >> bx & 1 == 1, stats);
+                hit |= self.intersect_block(simd, &primitive, block, inside >> bx & 1 == 1, stats);
             }
+        }
+        if hit {
+            let [c, x, y, error] = self.work.setups.key.each_ref().map(|part| part[lane % LANES]);
+            // Rounded up.
+            let error = (error * (1.0 + f64::from(f32::EPSILON))) as f32;
+            self.work.depth.record(Record { key: [c, x, y], error, id });
         }
     }
 
     /// Reads a lane of the setups.
     #[inline(always)]
-    fn primitive<S: Simd>(&self, simd: S, lane: usize) -> Primitive<S> {
+    fn primitive<S: Simd>(&mut self, simd: S, (id, lane): (u32, usize), greatest: f32) -> Primitive<S> {
         let lane = lane % LANES;
-        let setups = &self.setups;
+        let record = self.work.depth.next_record();
+        let setups = &self.work.setups;
         let edge =
             |k: usize| Affine(setups.edges[k].each_ref().map(|part| Narrow::simd_from(simd, part[lane])));
         let [lo, hi, x, y] = setups.bounds.each_ref().map(|part| Narrow::simd_from(simd, part[lane]));
-        Primitive {
-            lane,
-            edges: [edge(0), edge(1), edge(2)],
-            slope: Affine([Narrow::simd_from(simd, 0.0), x, y]),
-            bounds: [lo, hi],
-            greatest: self.footprints.greatest[lane],
-        }
+        let slope = Affine([Narrow::simd_from(simd, 0.0), x, y]);
+        Primitive { id, lane, record, edges: [edge(0), edge(1), edge(2)], slope, bounds: [lo, hi], greatest }
     }
 
     /// Of some blocks of a row of blocks: those that the triangle may meet, and those on which all rays are inside.
@@ -118,18 +145,18 @@ impl Tile<'_> {
         let certain = Narrow::simd_from(simd, CERTAIN_ON_BLOCK);
         let (mut met, mut inside) = (blocks, blocks);
         for edge in primitive.edges {
-            let (middle, range) = (edge.at(x, y), edge.half_range());
+            let (middle, range) = (edge.column(x).at(y), edge.half_range());
             met &= !(middle + range).simd_lt(-certain).to_bitmask();
             inside &= (middle - range).simd_gt(certain).to_bitmask();
         }
         let slope = primitive.slope;
-        let greatest = slope.at(x, y) + slope.half_range() + primitive.bounds[1];
+        let greatest = slope.column(x).at(y) + slope.half_range() + primitive.bounds[1];
         let greatest = greatest.min(Narrow::simd_from(simd, primitive.greatest));
-        met &= !greatest.simd_lt(self.depth.far(simd, by)).to_bitmask();
+        met &= !greatest.simd_lt(self.work.depth.far(simd, by)).to_bitmask();
         (met, inside & met)
     }
 
-    /// Tests one triangle against some rows of rays of a block.
+    /// Tests one triangle against some rows of rays of a block; tells whether any of them hit it.
     #[inline(always)]
     fn intersect_block<S: Simd>(
         &mut self,
@@ -138,27 +165,31 @@ impl Tile<'_> {
         (bx, rows): (u32, Range<u32>),
         inside: bool,
         stats: &mut Stats,
-    ) {
+    ) -> bool {
         let FilmQuery { origin, accuracy, any, .. } = self.query;
         let zero = Narrow::simd_from(simd, 0.0);
         let doubt = zero + if accuracy == Accuracy::Exact { 1.0 } else { 0.0 };
         let x = Narrow::load_array(simd, COLUMNS) + (bx * BLOCK_SIDE) as f32;
+        let [one, two, three] = primitive.edges;
+        let [one, two, three, slope] =
+            [one.column(x), two.column(x), three.column(x), primitive.slope.column(x)];
         stats.samples_tested += u64::from(rows.end - rows.start) * LANES as u64;
+        let block = row_of(bx, rows.start) / LANES;
+        let (mut hit, mut decided) = (0, false);
         for j in rows {
             let (y, row) = (j as f32, row_of(bx, j));
             // Depth: not behind what the ray has hit, and certainly before it.
-            let slope = primitive.slope.at(x, y);
-            let [lo, hi] = [slope + primitive.bounds[0], slope + primitive.bounds[1]];
-            let mut kept = hi.simd_ge(self.depth.lo(simd, row));
-            let mut sure = lo.simd_gt(self.depth.hi(simd, row));
+            let key = slope.at(y);
+            let [lo, hi] = [key + primitive.bounds[0], key + primitive.bounds[1]];
+            let mut kept = hi.simd_ge(self.work.depth.lo(simd, row));
+            let mut sure = lo.simd_gt(self.work.depth.hi(simd, row));
             if matches!(origin, Origin::Infinity(_)) {
                 // Rays start at their start points.
                 (kept, sure) = (kept & lo.simd_le(zero), sure & hi.simd_lt(zero));
             }
             // Edges: not outside for certain, and inside for certain.
             if !inside {
-                let [one, two, three] = primitive.edges;
-                let least = one.at(x, y).min(two.at(x, y)).min(three.at(x, y));
+                let least = one.at(y).min(two.at(y)).min(three.at(y));
                 (kept, sure) = (kept & least.simd_ge(-doubt), sure & least.simd_gt(doubt));
             }
             let kept = kept.to_bitmask();
@@ -169,51 +200,65 @@ impl Tile<'_> {
             let certain = sure.to_bitmask();
             if certain != 0 {
                 let bounds = if any { [zero + f32::INFINITY; 2] } else { [lo, hi] };
-                let keys = self.keys(simd, primitive.lane, bx, y);
-                self.depth.keep(simd, row, sure, bounds, self.batch.ids[primitive.lane], keys);
+                self.work.depth.keep(simd, row, sure, bounds, primitive.record);
+                hit |= certain << (j % BLOCK_SIDE * BLOCK_SIDE);
             }
             if kept != certain {
-                let keys = self.keys(simd, primitive.lane, bx, y).to_array();
                 let (lo, hi) = (lo.to_array(), hi.to_array());
                 for lane in bits(kept & !certain) {
-                    let id = self.batch.ids[primitive.lane];
-                    let candidate = TileCandidate { id, lo: lo[lane], hi: hi[lane], key: keys[lane] };
+                    let candidate = Candidate { lo: lo[lane], hi: hi[lane], record: primitive.record };
                     // In range: fewer than eight columns.
-                    self.decide(candidate, (bx * BLOCK_SIDE + lane as u32, j), stats);
+                    let ray = (bx * BLOCK_SIDE + lane as u32, j);
+                    decided |= self.decide((primitive.id, primitive.lane), candidate, ray, stats);
                 }
             }
         }
+        self.work.depth.cover(block, hit);
+        hit != 0 || decided
     }
 
-    /// The keys of a row in f64; NaN where they err too much.
-    #[inline(always)]
-    fn keys<S: Simd>(&self, simd: S, lane: usize, bx: u32, y: f32) -> Lanes<S> {
-        let [c, along_x, along_y, error] = self.setups.key.each_ref().map(|part| part[lane]);
-        let x = Lanes::load_array(simd, COLUMNS.map(f64::from)) + f64::from(bx * BLOCK_SIDE);
-        let keys = (x * along_x + c) + along_y * f64::from(y);
-        let precise = (keys.abs() * KEY_ERROR).simd_ge(Lanes::simd_from(simd, error));
-        precise.select(keys, Lanes::simd_from(simd, f64::NAN))
-    }
-
-    /// Decides one ray exactly: coverage, then the order.
+    /// Decides one ray exactly: coverage, then the order. Tells whether it hit the triangle.
     #[inline(never)]
-    fn decide(&mut self, candidate: TileCandidate, (i, j): (u32, u32), stats: &mut Stats) {
+    fn decide(
+        &mut self,
+        (id, lane): (u32, usize),
+        candidate: Candidate,
+        (i, j): (u32, u32),
+        stats: &mut Stats,
+    ) -> bool {
         let FilmQuery { origin, film, accuracy, any, triangles, .. } = self.query;
         if i >= self.rect.width() || j >= self.rect.height() {
-            return;
+            return false;
         }
         let ray = || -> Ray { origin.ray(film.at(self.rect.x0 + i, self.rect.y0 + j)) };
-        let exact: Option<&dyn Fn() -> Ray> = if accuracy == Accuracy::Exact { Some(&ray) } else { None };
-        if exact.is_some() {
-            let triangle = triangles.triangle(candidate.id);
+        let exact = accuracy == Accuracy::Exact;
+        if exact {
+            let triangle = triangles.triangle(id);
             if !covers(&ray(), &triangle, origin.ties(), &mut stats.ambiguous_coverage) {
-                return;
+                return false;
             }
         }
+        let place = place(i, j);
         if any {
-            self.depth.settle(place(i, j), candidate.id);
-        } else {
-            self.depth.offer(place(i, j), candidate, triangles, exact, &mut stats.ambiguous_order);
+            let settled = Candidate { lo: f32::INFINITY, hi: f32::INFINITY, ..candidate };
+            self.work.depth.put(place, settled);
+            return true;
         }
+        let nearer = match self.work.depth.nearest(place) {
+            None => true,
+            Some((nearest, _)) if candidate.lo > nearest.hi => true,
+            Some((nearest, _)) if candidate.hi < nearest.lo => false,
+            Some((_, other)) if exact => precedes(&ray(), id, other, triangles, &mut stats.ambiguous_order),
+            Some((nearest, other)) => {
+                let [c, x, y, _] = self.work.setups.key.each_ref().map(|part| part[lane]);
+                let key = c + x * f64::from(i) + y * f64::from(j);
+                let nearest = self.work.depth.key(nearest.record, i, j);
+                key > nearest || (key == nearest && id < other)
+            }
+        };
+        if nearer {
+            self.work.depth.put(place, candidate);
+        }
+        nearer
     }
 }

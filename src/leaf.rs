@@ -1,24 +1,26 @@
 //! The leaf of grid films, "DirectlyIntersect": a run of triangles against the rays of a tile.
 //!
-//! Three steps, for eight triangles at once:
-//!
-//! 1. project the corners to columns and rows, and drop what falls between or beside the rays, see [`crate::pixels`];
-//! 2. drop what is hidden from all blocks that it meets;
-//! 3. set up the rest, see [`crate::setup`], and evaluate them, see [`crate::blocks`].
+//! 1. Project the corners of the run to columns and rows, unless a neighbouring tile has done so, see
+//!    [`crate::footprints`]; drop triangles that fall between or beside the rays or lie behind all that they have hit.
+//! 2. What is left waits until there are eight triangles.
+//! 3. Set them up, see [`crate::setup`], and evaluate them, see [`crate::blocks`].
 //!
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
 //! 2011 ("DirectlyIntersect").
+
+use std::mem::size_of;
 
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 
 use crate::bounds::U;
+use crate::footprints::{Footprints, Pixels};
 use crate::frustum::{Frustum, Interval, Projection};
 use crate::lanes::{Batch, Boxes, LANES, Points, bits};
 use crate::pencil::Origin;
-use crate::pixels::{Footprints, Pixels};
+use crate::runs::{RUN, Runs};
 use crate::setup::{Setups, TileRays, set_up};
-use crate::tile_depth::{BLOCK_SIDE, TileDepth, row_of};
+use crate::tile_depth::{BLOCK_SIDE, TileDepth};
 use crate::triangles::Triangles;
 use crate::window::{Rect, Window};
 use crate::{Aabb, Accuracy, GridFilm, Stats, TriangleId};
@@ -30,6 +32,7 @@ pub(crate) struct FilmQuery<'a> {
     pub(crate) origin: Origin,
     pub(crate) film: &'a GridFilm,
     pub(crate) projection: &'a Projection,
+    pub(crate) pixels: &'a Pixels,
     /// The box of all triangles.
     pub(crate) bounds: Aabb,
     pub(crate) accuracy: Accuracy,
@@ -38,53 +41,85 @@ pub(crate) struct FilmQuery<'a> {
     pub(crate) any: bool,
 }
 
+/// What a thread keeps from tile to tile of one film.
+#[derive(Debug)]
+pub(crate) struct Workspace {
+    pub(crate) depth: TileDepth,
+    footprints: Footprints,
+    /// The triangles of a run.
+    run: [Batch; RUN / LANES],
+    /// Triangles that wait.
+    waiting: Waiting,
+    pub(crate) setups: Setups,
+}
+
+impl Workspace {
+    /// Bytes of a workspace.
+    pub(crate) const BYTES: usize = TileDepth::BYTES + Footprints::BYTES + size_of::<Self>();
+
+    /// A workspace for the tiles of one film.
+    pub(crate) fn new() -> Self {
+        Self {
+            depth: TileDepth::new(),
+            footprints: Footprints::new(),
+            run: [const { Batch::EMPTY }; RUN / LANES],
+            waiting: Waiting {
+                batch: Batch::EMPTY,
+                rects: [Rect { x0: 0, y0: 0, x1: 0, y1: 0 }; LANES],
+                greatest: [0.0; LANES],
+                irregular: 0,
+                reaches: [DVec3::ZERO; 2],
+            },
+            setups: Setups::EMPTY,
+        }
+    }
+}
+
+/// Triangles that may meet a tile and wait for more.
+#[derive(Debug)]
+struct Waiting {
+    batch: Batch,
+    /// The rays of the tile that they may meet.
+    rects: [Rect; LANES],
+    /// Upper bounds of their keys.
+    greatest: [f32; LANES],
+    /// Those with irregular corners, as bits.
+    irregular: u64,
+    /// Bounds of |a − base| of their corners, for the film's base and for the tile's.
+    reaches: [DVec3; 2],
+}
+
 /// The rays of a rectangle of a film, with what they have hit so far.
 #[derive(Debug)]
 pub(crate) struct Tile<'a> {
     pub(crate) query: FilmQuery<'a>,
     pub(crate) rect: Rect,
-    /// Cleared before the first triangle.
-    pub(crate) depth: &'a mut TileDepth,
+    pub(crate) work: &'a mut Workspace,
+    /// Whether some triangle may have met the tile: before that the depth buffer is not cleared.
     touched: bool,
     frustum: Frustum,
     limits: [f64; 6],
-    pixels: Pixels,
     rays: TileRays,
-    /// Eight triangles, where they meet the tile, and their setup.
-    pub(crate) batch: Batch,
-    pub(crate) footprints: Footprints,
-    pub(crate) setups: Setups,
 }
 
 impl<'a> Tile<'a> {
-    /// A tile of at most [`crate::tile_depth::TILE_SIDE`] squared rays, with a buffer for that many.
-    pub(crate) fn new(query: FilmQuery<'a>, rect: Rect, depth: &'a mut TileDepth) -> Self {
+    /// A tile of at most [`crate::tile_depth::TILE_SIDE`] squared rays.
+    pub(crate) fn new(query: FilmQuery<'a>, rect: Rect, work: &'a mut Workspace) -> Self {
         let FilmQuery { film, origin, projection, .. } = query;
         let x = Interval { lo: film.x(rect.x0), hi: film.x(rect.x1 - 1) };
         let y = Interval { lo: film.y(rect.y1 - 1), hi: film.y(rect.y0) };
         let [_, right, up] = film.span();
         let span = [film.at(rect.x0, rect.y0), right * film.step(), -up * film.step()];
         let frustum = Frustum::new(projection, x, y, Interval { lo: 0.0, hi: 0.0 });
-        Self {
-            query,
-            rect,
-            depth,
-            touched: false,
-            frustum,
-            limits: frustum.limits(reach_of(&query.bounds, projection.base)),
-            pixels: Pixels::new(projection, film, rect),
-            rays: TileRays { origin, span },
-            batch: Batch::EMPTY,
-            footprints: Footprints::EMPTY,
-            setups: Setups::EMPTY,
-        }
+        let limits = frustum.limits(reach_of(&query.bounds, projection.base));
+        Self { query, rect, work, touched: false, frustum, limits, rays: TileRays { origin, span } }
     }
 
     /// The boxes, as bits, that some ray may meet, and a lower bound of t within each.
     pub(crate) fn enter(&mut self, boxes: &Boxes) -> (u64, [f64; LANES]) {
         dispatch!(self.query.level, simd => {
             if self.touched {
-                self.depth.refresh(simd);
+                self.work.depth.refresh(simd);
             }
             self.frustum.enter_lanes(simd, boxes, &self.limits)
         })
@@ -92,52 +127,84 @@ impl<'a> Tile<'a> {
 
     /// Whether what lies no nearer than `t` is hidden from all rays.
     pub(crate) fn hides(&self, t: f64) -> bool {
-        self.touched && self.depth.hides(greatest_key(self.query.origin, t))
+        self.touched && self.work.depth.hides(greatest_key(self.query.origin, t))
     }
 
-    /// Tests a run of triangles within a box against all rays.
-    pub(crate) fn intersect(&mut self, bounds: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats) {
+    /// Tests a run of triangles within a box against all rays; some of them wait for [`Tile::finish`].
+    pub(crate) fn intersect(&mut self, runs: &Runs, run: usize, bounds: &Aabb, stats: &mut Stats) {
         if !self.touched {
-            self.depth.clear(self.rect.width(), self.rect.height());
+            self.work.depth.clear(self.rect.width(), self.rect.height());
             self.touched = true;
         }
-        // Two bases at infinity: the film's for columns, the tile's for setup.
-        let reaches = [reach_of(bounds, self.query.projection.base), reach_of(bounds, self.rays.base())];
-        let triangles = self.query.triangles;
-        let mut ids = ids.peekable();
-        while ids.peek().is_some() {
-            self.batch.clear();
-            ids.by_ref().take(LANES).for_each(|id| self.batch.push(id, triangles.corners(TriangleId(id))));
-            dispatch!(self.query.level, simd => self.intersect_batch(simd, reaches, stats));
+        dispatch!(self.query.level, simd => self.intersect_run(simd, runs, (run, bounds), stats));
+    }
+
+    /// Tests the triangles that wait.
+    pub(crate) fn finish(&mut self, stats: &mut Stats) {
+        if self.work.waiting.batch.len > 0 {
+            dispatch!(self.query.level, simd => self.intersect_waiting(simd, stats));
         }
     }
 
-    /// Tests eight triangles.
+    /// 1. and 2.: what may meet the tile waits.
     #[inline(always)]
-    fn intersect_batch<S: Simd>(&mut self, simd: S, reaches: [DVec3; 2], stats: &mut Stats) {
-        // 1. Which rays may each of them meet?
-        let base = Points::splat(simd, self.query.projection.base);
-        let [a, b, c] = self.batch.points(simd);
-        let corners = [a.minus(base), b.minus(base), c.minus(base)];
-        let around = (self.batch.lanes(), &mut self.footprints);
-        let irregular = self.pixels.around(simd, &corners, reaches[0], around);
-        let mut lanes = self.footprints.lanes;
-        if irregular != 0 {
-            lanes &= !(irregular & self.frustum.excluded(simd, &corners, reaches[0]));
+    fn intersect_run<S: Simd>(
+        &mut self,
+        simd: S,
+        runs: &Runs,
+        (run, bounds): (usize, &Aabb),
+        stats: &mut Stats,
+    ) {
+        let FilmQuery { triangles, pixels, projection, .. } = self.query;
+        let reaches = [reach_of(bounds, projection.base), reach_of(bounds, self.rays.base())];
+        if !self.work.footprints.hold(run) {
+            self.work.run.iter_mut().for_each(Batch::clear);
+            for (place, id) in runs.ids(run).enumerate() {
+                self.work.run[place / LANES % 2].push(id, triangles.corners(TriangleId(id)));
+            }
+            self.work.footprints.project(simd, pixels, (run, &self.work.run), reaches[0]);
         }
-        // 2. Which of them are hidden?
-        for lane in bits(lanes) {
-            let hidden = self.depth.hides_in_rect(self.footprints.rect(lane), self.footprints.greatest[lane]);
-            lanes &= !(u64::from(hidden) << lane);
-        }
-        // 3. The rest.
-        if lanes != 0 {
-            stats.triangles_set_up += u64::from(lanes.count_ones());
-            set_up(simd, &self.rays, &self.batch, lanes, reaches[1], &mut self.setups);
-            for lane in bits(self.setups.lanes) {
-                self.rasterize(simd, lane, stats);
+        let irregular = self.work.footprints.irregular(run);
+        for lane in bits(self.work.footprints.meeting(simd, pixels, run, self.rect)) {
+            let (rect, greatest) = self.work.footprints.within(pixels, (run, lane), self.rect);
+            if self.work.depth.hides_in_rect(rect, greatest) {
+                continue;
+            }
+            let id = runs.id(run, lane);
+            let waiting = &mut self.work.waiting;
+            let place = waiting.batch.len % LANES;
+            waiting.batch.push(id, triangles.corners(TriangleId(id)));
+            (waiting.rects[place], waiting.greatest[place]) = (rect, greatest);
+            waiting.irregular |= (irregular >> lane & 1) << place;
+            let [film, tile] = &mut waiting.reaches;
+            (*film, *tile) = (film.max(reaches[0]), tile.max(reaches[1]));
+            if waiting.batch.len == LANES {
+                self.intersect_waiting(simd, stats);
             }
         }
+    }
+
+    /// 3. The triangles that wait.
+    #[inline(always)]
+    fn intersect_waiting<S: Simd>(&mut self, simd: S, stats: &mut Stats) {
+        let Workspace { waiting, setups, .. } = &mut *self.work;
+        let mut lanes = waiting.batch.lanes();
+        if waiting.irregular != 0 {
+            let base = Points::splat(simd, self.query.projection.base);
+            let [a, b, c] = waiting.batch.points(simd);
+            let corners = [a.minus(base), b.minus(base), c.minus(base)];
+            lanes &= !(waiting.irregular & self.frustum.excluded(simd, &corners, waiting.reaches[0]));
+        }
+        stats.triangles_set_up += u64::from(lanes.count_ones());
+        set_up(simd, &self.rays, &waiting.batch, lanes, waiting.reaches[1], setups);
+        for lane in bits(setups.lanes) {
+            let Waiting { batch, rects, greatest, .. } = &self.work.waiting;
+            let (id, rect, greatest) = (batch.ids[lane], rects[lane], greatest[lane]);
+            self.rasterize(simd, (id, lane), rect, greatest, stats);
+        }
+        let waiting = &mut self.work.waiting;
+        waiting.batch.clear();
+        (waiting.irregular, waiting.reaches) = (0, [DVec3::ZERO; 2]);
     }
 
     /// Writes what the rays have hit.
@@ -156,7 +223,7 @@ impl<'a> Tile<'a> {
             for i in (0..self.rect.width()).step_by(BLOCK_SIDE as usize) {
                 let columns = i as usize..(i + BLOCK_SIDE).min(self.rect.width()) as usize;
                 let mut row = (&mut ids[columns.clone()], &mut ts[columns]);
-                self.depth.write(simd, row_of(i / BLOCK_SIDE, j), &mut row, origin, triangles, |k| {
+                self.work.depth.write(simd, (i / BLOCK_SIDE, j), &mut row, origin, triangles, |k| {
                     // In range: fewer than eight columns.
                     origin.ray(film.at(self.rect.x0 + i + k as u32, self.rect.y0 + j))
                 });

@@ -18,13 +18,14 @@ use std::mem::size_of;
 use fearless_simd::Level;
 use rayon::prelude::*;
 
+use crate::footprints::Pixels;
 use crate::frustum::Projection;
 use crate::lanes::{Boxes, LANES, bits};
-use crate::leaf::{FilmQuery, Tile, greatest_key};
+use crate::leaf::{FilmQuery, Tile, Workspace, greatest_key};
 use crate::pencil::Pencil;
 use crate::runs::{Node, Runs};
 use crate::scattered::{self, Cluster, ScatteredQuery};
-use crate::tile_depth::{TILE_SIDE, TileDepth};
+use crate::tile_depth::TILE_SIDE;
 use crate::window::{Row, Window};
 use crate::{Aabb, Accuracy, Film, Hits, Stats, Triangles};
 
@@ -40,7 +41,7 @@ pub(crate) fn intersect(
     let runs = Runs::new(triangles);
     // Each thread works on one tile; each tile has its rows of the hits.
     let threads = rayon::current_num_threads();
-    let tiles = threads * (size_of::<Tile<'_>>() + TileDepth::BYTES);
+    let tiles = threads * (size_of::<Tile<'_>>() + Workspace::BYTES);
     let bytes = runs.bytes() + tiles + pencil.len() / TILE_SIDE as usize * size_of::<Row<'_>>();
     let mut stats = Stats { engine_bytes: bytes as u64, ..Stats::default() };
     // In range: a pencil has fewer than 2³² rays.
@@ -57,7 +58,9 @@ pub(crate) fn intersect(
                 };
                 let origin = pencil.origin();
                 let (projection, bounds) = (&projection, runs.bounds());
-                let query = FilmQuery { triangles, origin, film, projection, bounds, accuracy, level, any };
+                let pixels = &Pixels::new(projection, film);
+                let query =
+                    FilmQuery { triangles, origin, film, projection, pixels, bounds, accuracy, level, any };
                 split_film(query, &runs, window)
             }
             Film::Scattered(samples) => {
@@ -75,8 +78,8 @@ fn split_film(query: FilmQuery<'_>, runs: &Runs, window: Window<'_>) -> Stats {
     let tiles = window.tiles(TILE_SIDE);
     tiles
         .into_par_iter()
-        .map_init(TileDepth::new, |depth, mut window| {
-            let mut tile = Tile::new(query, window.rect, depth);
+        .map_init(Workspace::new, |work, mut window| {
+            let mut tile = Tile::new(query, window.rect, work);
             let stats = intersect_objects(&mut tile, runs);
             tile.write(&mut window);
             stats
@@ -90,14 +93,17 @@ pub(crate) trait SubPencil {
     fn enter(&mut self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]);
     /// Whether what lies no nearer than t is hidden from all rays.
     fn hides(&self, t: f64) -> bool;
-    /// Tests a run of triangles within a box against all rays.
-    fn intersect(&mut self, bounds: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats);
+    /// Tests a run of triangles within a box against all rays, now or later.
+    fn intersect(&mut self, runs: &Runs, run: usize, bounds: &Aabb, stats: &mut Stats);
+    /// Finishes what was put off.
+    fn finish(&mut self, stats: &mut Stats);
 }
 
 /// Finds the hits of a sub-pencil with all objects.
 pub(crate) fn intersect_objects(rays: &mut impl SubPencil, runs: &Runs) -> Stats {
     let mut stats = Stats::default();
     descend(rays, runs, runs.root(), &mut stats);
+    rays.finish(&mut stats);
     stats
 }
 
@@ -120,8 +126,8 @@ fn descend(rays: &mut impl SubPencil, runs: &Runs, node: Node, stats: &mut Stats
             continue;
         }
         let child = Runs::child(node, lane);
-        match runs.triangles(child) {
-            Some(ids) => rays.intersect(&boxes.get(lane), ids, stats),
+        match runs.run(child) {
+            Some(run) => rays.intersect(runs, run, &boxes.get(lane), stats),
             None => descend(rays, runs, child, stats),
         }
     }
@@ -139,8 +145,12 @@ impl SubPencil for Tile<'_> {
         self.hides(t)
     }
 
-    fn intersect(&mut self, bounds: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats) {
-        self.intersect(bounds, ids, stats);
+    fn intersect(&mut self, runs: &Runs, run: usize, bounds: &Aabb, stats: &mut Stats) {
+        self.intersect(runs, run, bounds, stats);
+    }
+
+    fn finish(&mut self, stats: &mut Stats) {
+        self.finish(stats);
     }
 }
 
@@ -154,7 +164,9 @@ impl SubPencil for Cluster<'_> {
         self.depth.hides(greatest_key(self.origin(), t))
     }
 
-    fn intersect(&mut self, _: &Aabb, ids: impl Iterator<Item = u32>, stats: &mut Stats) {
-        ids.for_each(|id| self.intersect(id, stats));
+    fn intersect(&mut self, runs: &Runs, run: usize, _: &Aabb, stats: &mut Stats) {
+        runs.ids(run).for_each(|id| self.intersect(id, stats));
     }
+
+    fn finish(&mut self, _: &mut Stats) {}
 }

@@ -80,9 +80,20 @@ impl Runs {
         Node { level: node.level - 1, index: node.index * FANOUT + lane }
     }
 
-    /// The ids of a run's triangles, or `None` for a node with children.
-    pub(crate) fn triangles(&self, node: Node) -> Option<impl Iterator<Item = u32>> {
-        (node.level == 0).then(|| range(node.index, self.triangles).map(|place| id_at(&self.order, place)))
+    /// The run that a node without children stands for.
+    pub(crate) fn run(&self, node: Node) -> Option<usize> {
+        (node.level == 0).then_some(node.index)
+    }
+
+    /// The ids of a run's triangles.
+    pub(crate) fn ids(&self, run: usize) -> impl Iterator<Item = u32> {
+        range(run, self.triangles).map(|place| id_at(&self.order, place))
+    }
+
+    /// The id of one of a run's triangles.
+    #[inline(always)]
+    pub(crate) fn id(&self, run: usize, place: usize) -> u32 {
+        id_at(&self.order, run * RUN + place)
     }
 
     /// Bytes kept.

@@ -174,8 +174,8 @@ pub(crate) fn set_up<S: Simd>(
         let error = longest[edge] * edge_error + function.size() * AFFINE_ERROR + TINY;
         let scale = power_of_two_below((zero + 1.0) / error);
         let scaled = function.times(negative.select(-scale, scale)).0;
-        for part in 0..3 {
-            narrow(scaled[part]).store_slice(&mut setups.edges[edge][part]);
+        for (stored, part) in setups.edges[edge].iter_mut().zip(scaled) {
+            narrow(part).store_slice(stored);
         }
     }
 
