@@ -112,12 +112,14 @@ impl Footprints {
     /// The triangles of a run, as bits, that may meet a tile.
     #[inline(always)]
     pub(crate) fn meeting<S: Simd>(&self, simd: S, pixels: &Pixels, run: usize, tile: Rect) -> u64 {
-        let [x0, y0, x1, y1] =
-            self.runs[run % KEPT].sides.each_ref().map(|side| i16x16::load_array_ref(simd, side));
+        let [x0, y0, x1, y1] = &self.runs[run % KEPT].sides;
+        let (x0, x1) = (i16x16::load_array_ref(simd, x0), i16x16::load_array_ref(simd, x1));
+        let (y0, y1) = (i16x16::load_array_ref(simd, y0), i16x16::load_array_ref(simd, y1));
         // In range: at most GREATEST.
-        let at = |x: u32| i16x16::simd_from(simd, (x >> pixels.shift) as i16);
-        let across = x0.simd_le(at(tile.x1 - 1)) & x1.simd_ge(at(tile.x0));
-        let along = y0.simd_le(at(tile.y1 - 1)) & y1.simd_ge(at(tile.y0));
+        let [first_x, first_y, last_x, last_y] =
+            [tile.x0, tile.y0, tile.x1 - 1, tile.y1 - 1].map(|x| (x >> pixels.shift) as i16);
+        let across = x0.simd_le(last_x) & x1.simd_ge(first_x);
+        let along = y0.simd_le(last_y) & y1.simd_ge(first_y);
         (across & along).to_bitmask()
     }
 
@@ -223,8 +225,11 @@ impl Pixels {
         let nowhere = Narrow::simd_from(simd, -1.0);
         sides[2] = NarrowMask::from_bitmask(simd, kept).select(sides[2], nowhere);
         let halved = 1.0 / (1_u32 << self.shift) as f32;
-        let sides = sides.map(|side| i32x8::truncate_from((side * halved).floor()));
-        (sides, !regular.to_bitmask() & kept)
+        let mut whole = [i32x8::simd_from(simd, 0); 4];
+        for (whole, side) in whole.iter_mut().zip(sides) {
+            *whole = i32x8::truncate_from((side * halved).floor());
+        }
+        (whole, !regular.to_bitmask() & kept)
     }
 
     /// The t from which corners are regular, and the error of t.

@@ -223,7 +223,7 @@ impl<'a> Tile<'a> {
             for i in (0..self.rect.width()).step_by(BLOCK_SIDE as usize) {
                 let columns = i as usize..(i + BLOCK_SIDE).min(self.rect.width()) as usize;
                 let mut row = (&mut ids[columns.clone()], &mut ts[columns]);
-                self.work.depth.write(simd, (i / BLOCK_SIDE, j), &mut row, origin, triangles, |k| {
+                self.work.depth.write(simd, (i, j), &mut row, origin, triangles, |k| {
                     // In range: fewer than eight columns.
                     origin.ray(film.at(self.rect.x0 + i + k as u32, self.rect.y0 + j))
                 });

@@ -60,8 +60,10 @@ const LAST: f64 = (TILE_SIDE - 1) as f64;
 pub(crate) struct Setups {
     /// c, x and y of three edges, positive inside; beyond ±1 they are certain.
     pub(crate) edges: [[[f32; LANES]; 3]; 3],
-    /// Lower c, upper c, x and y of bounds of the key.
-    pub(crate) bounds: [[f32; LANES]; 4],
+    /// What the key adds to its c from column to column and row to row, as c (0), x and y.
+    pub(crate) slope: [[f32; LANES]; 3],
+    /// A lower and an upper bound of its c, errors of evaluation included.
+    pub(crate) bounds: [[f32; LANES]; 2],
     /// c, x, y of the key, and the error of evaluating it anywhere on the tile.
     pub(crate) key: [[f64; LANES]; 4],
     /// The lanes that any ray of the pencil can hit: not without area, not seen edge-on.
@@ -70,8 +72,13 @@ pub(crate) struct Setups {
 
 impl Setups {
     /// No triangles.
-    pub(crate) const EMPTY: Self =
-        Self { edges: [[[0.0; LANES]; 3]; 3], bounds: [[0.0; LANES]; 4], key: [[0.0; LANES]; 4], lanes: 0 };
+    pub(crate) const EMPTY: Self = Self {
+        edges: [[[0.0; LANES]; 3]; 3],
+        slope: [[0.0; LANES]; 3],
+        bounds: [[0.0; LANES]; 2],
+        key: [[0.0; LANES]; 4],
+        lanes: 0,
+    };
 }
 
 /// What setup needs to know of a tile.
@@ -227,8 +234,8 @@ fn store_key<S: Simd>(
     let [c, x, y] = key.0;
     narrow(sound.select(c - slack, -infinite)).store_slice(&mut setups.bounds[0]);
     narrow(sound.select(c + slack, infinite)).store_slice(&mut setups.bounds[1]);
-    narrow(sound.select(x, zero)).store_slice(&mut setups.bounds[2]);
-    narrow(sound.select(y, zero)).store_slice(&mut setups.bounds[3]);
+    narrow(sound.select(x, zero)).store_slice(&mut setups.slope[1]);
+    narrow(sound.select(y, zero)).store_slice(&mut setups.slope[2]);
     for (part, value) in [c, x, y].into_iter().enumerate() {
         sound.select(value, zero).store_slice(&mut setups.key[part]);
     }

@@ -15,12 +15,13 @@
 //! Andersson, Tomas Akenine-Möller, "Masked Software Occlusion Culling", 2016 (lazy updates).
 
 use std::mem::size_of;
+use std::ops::Range;
 
 use fearless_simd::{prelude::*, u32x8};
 
 use crate::depth::rounded_distances;
 use crate::hits::NO_TRIANGLE;
-use crate::lanes::{LANES, LaneMask, Lanes, Narrow, NarrowMask, bits};
+use crate::lanes::{LANES, Lanes, Narrow, NarrowMask, bits};
 use crate::pencil::Origin;
 use crate::predicates::Distance;
 use crate::ray::Ray;
@@ -33,16 +34,14 @@ pub(crate) const BLOCK_SIDE: u32 = 8;
 pub(crate) const TILE_SIDE: u32 = 64;
 /// Blocks along one side of a tile: as many as there are lanes.
 pub(crate) const TILE_BLOCKS: u32 = TILE_SIDE / BLOCK_SIDE;
-/// Blocks of a tile.
-const BLOCKS: usize = (TILE_BLOCKS * TILE_BLOCKS) as usize;
-/// Rows of eight rays of a tile.
-const ROWS: usize = BLOCKS * BLOCK_SIDE as usize;
+/// Rays along one side of a tile.
+const SIDE: usize = TILE_SIDE as usize;
 
 /// Keys that err by no more than this part of themselves give the distance: 1 in 4000 is then rounded by the exact stage.
 const KEY_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
 
 /// Room for records: what a tile's rays may need, and some more, so that records are dropped rarely.
-const RECORDS: usize = ROWS * LANES + 512;
+const RECORDS: usize = SIDE * SIDE + 512;
 /// The record of rays that have hit nothing.
 const NO_RECORD: u32 = u32::MAX;
 
@@ -67,20 +66,20 @@ pub(crate) struct Record {
     pub(crate) id: u32,
 }
 
-/// What the rays of a tile have hit so far, in rows of eight rays.
+/// What the rays of a tile have hit so far, row by row.
 #[derive(Debug)]
 pub(crate) struct TileDepth {
     /// Bounds of each ray's key: −∞ for none, +∞ where nothing more matters.
-    lo: Box<[[f32; LANES]; ROWS]>,
-    hi: Box<[[f32; LANES]; ROWS]>,
+    lo: Box<[[f32; SIDE]; SIDE]>,
+    hi: Box<[[f32; SIDE]; SIDE]>,
     /// The record of each ray.
-    nearest: Box<[[u32; LANES]; ROWS]>,
+    nearest: Box<[[u32; SIDE]; SIDE]>,
     records: Vec<Record>,
-    /// Per block, the rays that have hit something.
-    covered: [u64; BLOCKS],
+    /// Per row, the rays that have hit something.
+    covered: [u64; SIDE],
     /// Per block, a lower bound of its rays' keys.
     far: [[f32; LANES]; TILE_BLOCKS as usize],
-    /// Blocks whose bound is out of date.
+    /// Rows of blocks whose bounds may be out of date.
     stale: u64,
     /// The least of `far`.
     farthest: f32,
@@ -88,18 +87,18 @@ pub(crate) struct TileDepth {
 
 impl TileDepth {
     /// Bytes of a buffer.
-    pub(crate) const BYTES: usize = ROWS * LANES * (2 * size_of::<f32>() + size_of::<u32>())
+    pub(crate) const BYTES: usize = SIDE * SIDE * (2 * size_of::<f32>() + size_of::<u32>())
         + RECORDS * size_of::<Record>()
         + size_of::<Self>();
 
     /// A buffer; [`TileDepth::clear`] readies it.
     pub(crate) fn new() -> Self {
         Self {
-            lo: Box::new([[0.0; LANES]; ROWS]),
-            hi: Box::new([[0.0; LANES]; ROWS]),
-            nearest: Box::new([[NO_RECORD; LANES]; ROWS]),
+            lo: Box::new([[0.0; SIDE]; SIDE]),
+            hi: Box::new([[0.0; SIDE]; SIDE]),
+            nearest: Box::new([[NO_RECORD; SIDE]; SIDE]),
             records: Vec::with_capacity(RECORDS),
-            covered: [0; BLOCKS],
+            covered: [0; SIDE],
             far: [[0.0; LANES]; TILE_BLOCKS as usize],
             stale: 0,
             farthest: 0.0,
@@ -108,29 +107,32 @@ impl TileDepth {
 
     /// Forgets all hits. Rays outside `width` x `height` do not exist: everything is hidden from them.
     pub(crate) fn clear(&mut self, width: u32, height: u32) {
-        self.lo.fill([f32::NEG_INFINITY; LANES]);
-        self.hi.fill([f32::NEG_INFINITY; LANES]);
-        self.nearest.fill([NO_RECORD; LANES]);
+        self.lo.fill([f32::NEG_INFINITY; SIDE]);
+        self.hi.fill([f32::NEG_INFINITY; SIDE]);
+        self.nearest.fill([NO_RECORD; SIDE]);
         self.records.clear();
         self.covered.fill(0);
         self.far = [[f32::NEG_INFINITY; LANES]; TILE_BLOCKS as usize];
-        (self.stale, self.farthest) = (0, f32::NEG_INFINITY);
-        for y in 0..TILE_SIDE {
-            let outside = if y < height { width } else { 0 };
-            for x in outside..TILE_SIDE {
-                let (row, lane) = place(x, y);
-                (self.lo[row][lane], self.hi[row][lane]) = (f32::INFINITY, f32::INFINITY);
-                self.cover(row, 1 << lane);
-            }
+        (self.stale, self.farthest) = (u64::MAX >> (u64::BITS - TILE_BLOCKS), f32::NEG_INFINITY);
+        for y in 0..SIDE {
+            let outside = if y < height as usize { width as usize } else { 0 };
+            self.lo[y][outside..].fill(f32::INFINITY);
+            self.hi[y][outside..].fill(f32::INFINITY);
+            self.covered[y] = u64::MAX.checked_shl(outside as u32).unwrap_or(0);
         }
     }
 
-    /// Notes that some rays of a block have hit something.
+    /// Notes that some of eight rays from column `x` of row `y` have hit something.
     #[inline(always)]
-    pub(crate) fn cover(&mut self, block: usize, rays: u64) {
-        let covered = &mut self.covered[block % BLOCKS];
-        *covered |= rays;
-        self.stale |= u64::from(*covered == u64::MAX) << (block % BLOCKS);
+    fn cover(&mut self, x: u32, y: u32, rays: u64) {
+        self.covered[y as usize % SIDE] |= rays << (x % TILE_SIDE);
+    }
+
+    /// Notes that the bounds of a row of blocks may be out of date.
+    #[inline(always)]
+    pub(crate) fn mark_stale(&mut self, rows: Range<u32>) {
+        let (first, last) = (rows.start / BLOCK_SIDE, (rows.end - 1) / BLOCK_SIDE);
+        self.stale |= (2 << last) - (1 << first);
     }
 
     /// The number that the next record will have.
@@ -165,24 +167,34 @@ impl TileDepth {
         self.records = kept;
     }
 
-    /// Brings the lower bounds up to date. O(rays of stale blocks).
+    /// Brings the lower bounds up to date. O(rays of stale rows of blocks).
     #[inline(always)]
     pub(crate) fn refresh<S: Simd>(&mut self, simd: S) {
         if self.stale == 0 {
             return;
         }
-        for block in bits(std::mem::take(&mut self.stale)) {
-            let mut least = Narrow::simd_from(simd, f32::INFINITY);
-            for row in &self.lo[block * LANES..block * LANES + LANES] {
+        let mut changed = false;
+        for by in bits(std::mem::take(&mut self.stale)) {
+            let rows = by % LANES * LANES..by % LANES * LANES + LANES;
+            let all = self.covered[rows.clone()].iter().fold(u64::MAX, |all, row| all & row);
+            for bx in 0..LANES {
+                if all >> (bx * LANES) & 0xFF == 0xFF {
+                    let mut least = Narrow::simd_from(simd, f32::INFINITY);
+                    for row in &self.lo[rows.clone()] {
+                        least = least.min(Narrow::from_slice(simd, &row[bx * LANES..bx * LANES + LANES]));
+                    }
+                    self.far[by % LANES][bx] = least_of(least);
+                    changed = true;
+                }
+            }
+        }
+        if changed {
+            let mut least = Narrow::load_array_ref(simd, &self.far[0]);
+            for row in &self.far[1..] {
                 least = least.min(Narrow::load_array_ref(simd, row));
             }
-            self.far[block / LANES][block % LANES] = least_of(least);
+            self.farthest = least_of(least);
         }
-        let mut least = Narrow::load_array_ref(simd, &self.far[0]);
-        for row in &self.far[1..] {
-            least = least.min(Narrow::load_array_ref(simd, row));
-        }
-        self.farthest = least_of(least);
     }
 
     /// Whether something whose keys are at most `key` is hidden from all rays.
@@ -216,41 +228,44 @@ impl TileDepth {
         Narrow::load_array_ref(simd, &self.far[(by % TILE_BLOCKS) as usize])
     }
 
-    /// Lower bounds of the keys of a row.
+    /// Lower bounds of the keys of eight rays from column `x` of row `y`.
     #[inline(always)]
-    pub(crate) fn lo<S: Simd>(&self, simd: S, row: usize) -> Narrow<S> {
-        Narrow::load_array_ref(simd, &self.lo[row % ROWS])
+    pub(crate) fn lo<S: Simd>(&self, simd: S, x: u32, y: u32) -> Narrow<S> {
+        Narrow::from_slice(simd, eight(&self.lo[y as usize % SIDE], x))
     }
 
-    /// Upper bounds of the keys of a row.
+    /// Upper bounds of the same.
     #[inline(always)]
-    pub(crate) fn hi<S: Simd>(&self, simd: S, row: usize) -> Narrow<S> {
-        Narrow::load_array_ref(simd, &self.hi[row % ROWS])
+    pub(crate) fn hi<S: Simd>(&self, simd: S, x: u32, y: u32) -> Narrow<S> {
+        Narrow::from_slice(simd, eight(&self.hi[y as usize % SIDE], x))
     }
 
-    /// Keeps bounds and the number of a record for some rays of a row; the block is to be told by [`TileDepth::cover`].
+    /// Keeps bounds and the number of a record for some of eight rays from column `x` of row `y`, the others having the
+    /// second of the bounds. The row of blocks is to be told by [`TileDepth::mark_stale`].
     #[inline(always)]
     pub(crate) fn keep<S: Simd>(
         &mut self,
         simd: S,
-        row: usize,
+        (x, y): (u32, u32),
         mask: NarrowMask<S>,
-        [lo, hi]: [Narrow<S>; 2],
+        [lo, hi]: [[Narrow<S>; 2]; 2],
         record: u32,
     ) {
-        let row = row % ROWS;
-        let (near_lo, near_hi) = (self.lo(simd, row), self.hi(simd, row));
-        mask.select(lo, near_lo).store_slice(&mut self.lo[row]);
-        mask.select(hi, near_hi).store_slice(&mut self.hi[row]);
-        let nearest = u32x8::load_array_ref(simd, &self.nearest[row]);
-        mask.select(u32x8::simd_from(simd, record), nearest).store_slice(&mut self.nearest[row]);
+        let row = y as usize % SIDE;
+        mask.select(lo[0], lo[1]).store_slice(eight_mut(&mut self.lo[row], x));
+        mask.select(hi[0], hi[1]).store_slice(eight_mut(&mut self.hi[row], x));
+        let nearest = eight_mut(&mut self.nearest[row], x);
+        let other = u32x8::from_slice(simd, nearest);
+        mask.select(u32x8::simd_from(simd, record), other).store_slice(nearest);
+        self.cover(x, y, mask.to_bitmask());
     }
 
     /// The nearest hit of a ray, with the id of its triangle.
-    pub(crate) fn nearest(&self, (row, lane): (usize, usize)) -> Option<(Candidate, u32)> {
-        let record = self.nearest[row][lane];
+    pub(crate) fn nearest(&self, x: u32, y: u32) -> Option<(Candidate, u32)> {
+        let (x, y) = (x as usize, y as usize);
+        let record = self.nearest[y][x];
         let id = self.records.get(record as usize)?.id;
-        Some((Candidate { lo: self.lo[row][lane], hi: self.hi[row][lane], record }, id))
+        Some((Candidate { lo: self.lo[y][x], hi: self.hi[y][x], record }, id))
     }
 
     /// The key of a record at column x and row y.
@@ -260,30 +275,35 @@ impl TileDepth {
     }
 
     /// Keeps a hit.
-    pub(crate) fn put(&mut self, (row, lane): (usize, usize), Candidate { lo, hi, record }: Candidate) {
-        (self.lo[row][lane], self.hi[row][lane]) = (lo, hi);
-        self.nearest[row][lane] = record;
-        self.cover(row / LANES, 1 << (row % LANES * LANES + lane));
+    pub(crate) fn put(&mut self, x: u32, y: u32, Candidate { lo, hi, record }: Candidate) {
+        let (column, row) = (x as usize, y as usize);
+        (self.lo[row][column], self.hi[row][column]) = (lo, hi);
+        self.nearest[row][column] = record;
+        self.cover(x, y, 1);
     }
 
-    /// Writes ids and distances of at most eight rays from column 8`bx` of row `y`. `ray` makes the ray of a lane.
+    /// Writes ids and distances of at most eight rays from column `x` of row `y`. `ray` makes the ray of a lane.
     #[inline(always)]
     pub(crate) fn write<S: Simd>(
         &self,
         simd: S,
-        (bx, y): (u32, u32),
+        (x, y): (u32, u32),
         (ids, ts): &mut Row<'_>,
         origin: Origin,
         triangles: &Triangles<'_>,
         ray: impl Fn(usize) -> Ray,
     ) {
-        let nearest = u32x8::load_array_ref(simd, &self.nearest[row_of(bx, y) % ROWS]);
-        let missed = nearest.simd_eq(u32x8::simd_from(simd, NO_RECORD));
-        let (all_ids, keys) = self.keys(simd, (bx, y), nearest, !missed.to_bitmask() & 0xFF);
+        let covered = self.covered[y as usize % SIDE] >> (x % TILE_SIDE) & ((1 << ids.len()) - 1);
+        if covered == 0 {
+            ids.fill(NO_TRIANGLE);
+            ts.fill(f32::INFINITY);
+            return;
+        }
+        let (all_ids, keys) = self.keys(simd, (x, y), covered);
         let error = keys.abs() * KEY_ERROR;
         let (rounded, doubtful) = rounded_distances(simd, keys - error, keys + error, origin);
-        let rounded = missed.select(Narrow::simd_from(simd, f32::INFINITY), rounded).to_array();
-        let all_ids = all_ids.to_array();
+        let hit = NarrowMask::from_bitmask(simd, covered);
+        let rounded = hit.select(rounded, Narrow::simd_from(simd, f32::INFINITY)).to_array();
         if let (Ok(ids), Ok(ts)) = (<&mut [u32; LANES]>::try_from(&mut **ids), (&mut **ts).try_into()) {
             let ts: &mut [f32; LANES] = ts;
             (*ids, *ts) = (all_ids, rounded);
@@ -291,54 +311,66 @@ impl TileDepth {
             ids.copy_from_slice(&all_ids[..ids.len()]);
             ts.copy_from_slice(&rounded[..ids.len()]);
         }
-        for lane in bits(doubtful & !missed.to_bitmask() & ((1 << ids.len()) - 1)) {
+        for lane in bits(doubtful & covered) {
             ts[lane] = Distance::new(&ray(lane), &triangles.triangle(ids[lane])).rounded();
         }
     }
 
-    /// Ids and keys of a row; NaN where they err too much.
+    /// Ids and keys of some of eight rays; NaN where they err too much.
     #[inline(always)]
-    fn keys<S: Simd>(
-        &self,
-        simd: S,
-        (bx, y): (u32, u32),
-        nearest: u32x8<S>,
-        mut lanes: u64,
-    ) -> (u32x8<S>, Lanes<S>) {
-        let unknown = Lanes::simd_from(simd, f64::NAN);
-        let (mut ids, mut keys) = (u32x8::simd_from(simd, NO_TRIANGLE), unknown);
-        let x = Lanes::load_array(simd, COLUMNS) + f64::from(bx * BLOCK_SIDE);
-        let records = nearest.to_array();
-        while lanes != 0 {
-            // All rays with the record of the first one that is left.
-            let number = records[lanes.trailing_zeros() as usize % LANES];
-            let same = nearest.simd_eq(u32x8::simd_from(simd, number));
-            let Record { key: [c, along_x, along_y], error, id } = self.records[number as usize];
-            let key = (x * along_x + c) + along_y * f64::from(y);
-            let precise = (key.abs() * KEY_ERROR).simd_ge(Lanes::simd_from(simd, f64::from(error)));
-            let (low, high) = same.widen();
-            let same_wide: LaneMask<S> = simd.combine_mask64x4(low, high);
-            keys = same_wide.select(precise.select(key, unknown), keys);
-            ids = same.select(u32x8::simd_from(simd, id), ids);
-            lanes &= !same.to_bitmask();
+    fn keys<S: Simd>(&self, simd: S, (x, y): (u32, u32), lanes: u64) -> ([u32; LANES], Lanes<S>) {
+        let records = eight(&self.nearest[y as usize % SIDE], x);
+        let columns = Lanes::load_array(simd, COLUMNS) + f64::from(x);
+        let first = records[0];
+        let same = u32x8::from_slice(simd, records).simd_eq(u32x8::simd_from(simd, first)).to_bitmask();
+        let mut ids = [NO_TRIANGLE; LANES];
+        let (c, along_x, along_y, error);
+        if lanes & same == 0xFF {
+            // Mostly one triangle.
+            let record = &self.records[first as usize];
+            ids = [record.id; LANES];
+            c = Lanes::simd_from(simd, record.key[0]);
+            along_x = Lanes::simd_from(simd, record.key[1]);
+            along_y = Lanes::simd_from(simd, record.key[2]);
+            error = Lanes::simd_from(simd, f64::from(record.error));
+        } else {
+            let mut parts = [[f64::NAN; LANES]; 4];
+            for lane in bits(lanes) {
+                let lane = lane % LANES;
+                let Record { key: [c, along_x, along_y], error, id } = self.records[records[lane] as usize];
+                ids[lane] = id;
+                parts[0][lane] = c;
+                parts[1][lane] = along_x;
+                parts[2][lane] = along_y;
+                parts[3][lane] = f64::from(error);
+            }
+            c = Lanes::load_array(simd, parts[0]);
+            along_x = Lanes::load_array(simd, parts[1]);
+            along_y = Lanes::load_array(simd, parts[2]);
+            error = Lanes::load_array(simd, parts[3]);
         }
-        (ids, keys)
+        let key = (columns * along_x + c) + along_y * f64::from(y);
+        let precise = (key.abs() * KEY_ERROR).simd_ge(error);
+        (ids, precise.select(key, Lanes::simd_from(simd, f64::NAN)))
     }
+}
+
+/// Eight elements of a row from column `x` on, which is at most 56.
+#[inline(always)]
+fn eight<T>(row: &[T; SIDE], x: u32) -> &[T] {
+    let x = (x as usize).min(SIDE - LANES);
+    &row[x..x + LANES]
+}
+
+/// The same, to be changed.
+#[inline(always)]
+fn eight_mut<T>(row: &mut [T; SIDE], x: u32) -> &mut [T] {
+    let x = (x as usize).min(SIDE - LANES);
+    &mut row[x..x + LANES]
 }
 
 /// The least lane; none is NaN.
 #[inline(always)]
 fn least_of<S: Simd>(lanes: Narrow<S>) -> f32 {
     lanes.to_array().into_iter().fold(f32::INFINITY, |least, x| if x < least { x } else { least })
-}
-
-/// The row and lane of a ray of a tile: block by block, row by row within a block.
-pub(crate) fn place(x: u32, y: u32) -> (usize, usize) {
-    (row_of(x / BLOCK_SIDE, y), (x % BLOCK_SIDE) as usize)
-}
-
-/// The row of eight rays in column `bx` of blocks.
-#[inline(always)]
-pub(crate) fn row_of(bx: u32, y: u32) -> usize {
-    (((y / BLOCK_SIDE) * TILE_BLOCKS + bx) * BLOCK_SIDE + y % BLOCK_SIDE) as usize
 }
