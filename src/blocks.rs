@@ -102,9 +102,7 @@ impl Tile<'_> {
         }
         if hit {
             let [c, x, y, error] = self.work.setups.key.each_ref().map(|part| part[lane % LANES]);
-            // Rounded up.
-            let error = (error * (1.0 + f64::from(f32::EPSILON))) as f32;
-            self.work.depth.record(Record { key: [c, x, y], error, id });
+            self.work.depth.record(Record::new(id, [c, x, y], error));
             self.work.depth.mark_stale(rect.y0..rect.y1);
         }
     }

@@ -169,12 +169,7 @@ fn least(keys: &[f64]) -> f64 {
 /// t of keys in [lo, hi], rounded (+∞ where nothing was hit, and where nobody asks), and the lanes, as bits, where the
 /// nearest f32 is in doubt.
 #[inline(always)]
-pub(crate) fn rounded_distances<S: Simd>(
-    simd: S,
-    lo: Lanes<S>,
-    hi: Lanes<S>,
-    origin: Origin,
-) -> (Narrow<S>, u64) {
+fn rounded_distances<S: Simd>(simd: S, lo: Lanes<S>, hi: Lanes<S>, origin: Origin) -> (Narrow<S>, u64) {
     let zero = Lanes::simd_from(simd, 0.0);
     let (least, greatest, valid) = match origin {
         Origin::Point(_) => ((zero + 1.0) / hi, (zero + 1.0) / lo, lo.simd_gt(zero)),

@@ -20,7 +20,7 @@ use crate::lanes::{Batch, Boxes, LANES, Points, bits};
 use crate::pencil::Origin;
 use crate::runs::{RUN, Runs};
 use crate::setup::{Setups, TileRays, set_up};
-use crate::tile_depth::{BLOCK_SIDE, TileDepth};
+use crate::tile_depth::TileDepth;
 use crate::triangles::Triangles;
 use crate::window::{Rect, Window};
 use crate::{Aabb, Accuracy, GridFilm, Stats, TriangleId};
@@ -219,15 +219,9 @@ impl<'a> Tile<'a> {
     #[inline(always)]
     fn write_lanes<S: Simd>(&self, simd: S, window: &mut Window<'_>) {
         let FilmQuery { origin, film, triangles, .. } = self.query;
-        for (j, (ids, ts)) in (0..).zip(&mut window.rows) {
-            for i in (0..self.rect.width()).step_by(BLOCK_SIDE as usize) {
-                let columns = i as usize..(i + BLOCK_SIDE).min(self.rect.width()) as usize;
-                let mut row = (&mut ids[columns.clone()], &mut ts[columns]);
-                self.work.depth.write(simd, (i, j), &mut row, origin, triangles, |k| {
-                    // In range: fewer than eight columns.
-                    origin.ray(film.at(self.rect.x0 + i + k as u32, self.rect.y0 + j))
-                });
-            }
+        for (j, row) in (0..).zip(&mut window.rows) {
+            let ray = |i| origin.ray(film.at(self.rect.x0 + i, self.rect.y0 + j));
+            self.work.depth.write(simd, j, row, (origin, triangles), ray);
         }
     }
 }

@@ -19,9 +19,8 @@ use std::ops::Range;
 
 use fearless_simd::{prelude::*, u32x8};
 
-use crate::depth::rounded_distances;
 use crate::hits::NO_TRIANGLE;
-use crate::lanes::{LANES, Lanes, Narrow, NarrowMask, bits};
+use crate::lanes::{LANES, Lanes, Narrow, NarrowMask, bits, narrow};
 use crate::pencil::Origin;
 use crate::predicates::Distance;
 use crate::ray::Ray;
@@ -39,6 +38,10 @@ const SIDE: usize = TILE_SIDE as usize;
 
 /// Keys that err by no more than this part of themselves give the distance: 1 in 4000 is then rounded by the exact stage.
 const KEY_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
+/// The same for 1/key and −key, with their roundings and that of the key to f32.
+const T_ERROR: f64 = KEY_ERROR * 1.01;
+/// Distances between these are neither subnormal nor saturated.
+const PLAIN_T: [f32; 2] = [1e-30, 1e30];
 
 /// Room for records: what a tile's rays may need, and some more, so that records are dropped rarely.
 const RECORDS: usize = SIDE * SIDE + 512;
@@ -60,10 +63,18 @@ pub(crate) struct Candidate {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Record {
     /// The key c + xk_x + yk_y at column x and row y of the tile.
-    pub(crate) key: [f64; 3],
-    /// A bound of its error.
-    pub(crate) error: f32,
-    pub(crate) id: u32,
+    key: [f64; 3],
+    /// The least magnitude of the key that gives the distance: 1/[`KEY_ERROR`] times the error, rounded up.
+    least: f32,
+    id: u32,
+}
+
+impl Record {
+    /// A triangle's record, with the error of its key.
+    #[inline(always)]
+    pub(crate) fn new(id: u32, key: [f64; 3], error: f64) -> Self {
+        Self { key, least: (error * ((1.0 + f64::from(f32::EPSILON)) / KEY_ERROR)) as f32, id }
+    }
 }
 
 /// What the rays of a tile have hit so far, row by row.
@@ -282,76 +293,95 @@ impl TileDepth {
         self.cover(x, y, 1);
     }
 
-    /// Writes ids and distances of at most eight rays from column `x` of row `y`. `ray` makes the ray of a lane.
+    /// Writes ids and distances of row `y`. `ray` makes the ray of a column.
     #[inline(always)]
     pub(crate) fn write<S: Simd>(
         &self,
         simd: S,
-        (x, y): (u32, u32),
+        y: u32,
         (ids, ts): &mut Row<'_>,
-        origin: Origin,
-        triangles: &Triangles<'_>,
-        ray: impl Fn(usize) -> Ray,
+        (origin, triangles): (Origin, &Triangles<'_>),
+        ray: impl Fn(u32) -> Ray,
     ) {
-        let covered = self.covered[y as usize % SIDE] >> (x % TILE_SIDE) & ((1 << ids.len()) - 1);
-        if covered == 0 {
-            ids.fill(NO_TRIANGLE);
-            ts.fill(f32::INFINITY);
-            return;
-        }
-        let (all_ids, keys) = self.keys(simd, (x, y), covered);
-        let error = keys.abs() * KEY_ERROR;
-        let (rounded, doubtful) = rounded_distances(simd, keys - error, keys + error, origin);
-        let hit = NarrowMask::from_bitmask(simd, covered);
-        let rounded = hit.select(rounded, Narrow::simd_from(simd, f32::INFINITY)).to_array();
-        if let (Ok(ids), Ok(ts)) = (<&mut [u32; LANES]>::try_from(&mut **ids), (&mut **ts).try_into()) {
-            let ts: &mut [f32; LANES] = ts;
-            (*ids, *ts) = (all_ids, rounded);
-        } else {
-            ids.copy_from_slice(&all_ids[..ids.len()]);
-            ts.copy_from_slice(&rounded[..ids.len()]);
-        }
-        for lane in bits(doubtful & covered) {
-            ts[lane] = Distance::new(&ray(lane), &triangles.triangle(ids[lane])).rounded();
+        let columns = (0..).step_by(LANES);
+        for ((ids, ts), x) in ids.chunks_mut(LANES).zip(ts.chunks_mut(LANES)).zip(columns) {
+            let covered = self.covered[y as usize % SIDE] >> x & ((1 << ids.len()) - 1);
+            let doubtful = if let (Ok(ids), Ok(ts)) = ((&mut *ids).try_into(), (&mut *ts).try_into()) {
+                self.resolve(simd, (x, y), covered, origin, (ids, ts))
+            } else {
+                let (mut some_ids, mut some_ts) = ([0; LANES], [0.0; LANES]);
+                let doubtful = self.resolve(simd, (x, y), covered, origin, (&mut some_ids, &mut some_ts));
+                ids.copy_from_slice(&some_ids[..ids.len()]);
+                ts.copy_from_slice(&some_ts[..ids.len()]);
+                doubtful
+            };
+            for lane in bits(doubtful) {
+                // In range: fewer than eight columns.
+                let ray = ray(x + lane as u32);
+                ts[lane] = Distance::new(&ray, &triangles.triangle(ids[lane])).rounded();
+            }
         }
     }
 
-    /// Ids and keys of some of eight rays; NaN where they err too much.
+    /// Ids and rounded distances of eight rays from column `x` of row `y`, of which some have hit something; the lanes
+    /// where the nearest f32 is in doubt.
     #[inline(always)]
-    fn keys<S: Simd>(&self, simd: S, (x, y): (u32, u32), lanes: u64) -> ([u32; LANES], Lanes<S>) {
-        let records = eight(&self.nearest[y as usize % SIDE], x);
-        let columns = Lanes::load_array(simd, COLUMNS) + f64::from(x);
-        let first = records[0];
-        let same = u32x8::from_slice(simd, records).simd_eq(u32x8::simd_from(simd, first)).to_bitmask();
-        let mut ids = [NO_TRIANGLE; LANES];
-        let (c, along_x, along_y, error);
-        if lanes & same == 0xFF {
-            // Mostly one triangle.
-            let record = &self.records[first as usize];
-            ids = [record.id; LANES];
-            c = Lanes::simd_from(simd, record.key[0]);
-            along_x = Lanes::simd_from(simd, record.key[1]);
-            along_y = Lanes::simd_from(simd, record.key[2]);
-            error = Lanes::simd_from(simd, f64::from(record.error));
-        } else {
-            let mut parts = [[f64::NAN; LANES]; 4];
-            for lane in bits(lanes) {
-                let lane = lane % LANES;
-                let Record { key: [c, along_x, along_y], error, id } = self.records[records[lane] as usize];
-                ids[lane] = id;
-                parts[0][lane] = c;
-                parts[1][lane] = along_x;
-                parts[2][lane] = along_y;
-                parts[3][lane] = f64::from(error);
-            }
-            c = Lanes::load_array(simd, parts[0]);
-            along_x = Lanes::load_array(simd, parts[1]);
-            along_y = Lanes::load_array(simd, parts[2]);
-            error = Lanes::load_array(simd, parts[3]);
+    fn resolve<S: Simd>(
+        &self,
+        simd: S,
+        (x, y): (u32, u32),
+        covered: u64,
+        origin: Origin,
+        (ids, ts): (&mut [u32; LANES], &mut [f32; LANES]),
+    ) -> u64 {
+        if covered == 0 {
+            (*ids, *ts) = ([NO_TRIANGLE; LANES], [f32::INFINITY; LANES]);
+            return 0;
         }
-        let key = (columns * along_x + c) + along_y * f64::from(y);
-        let precise = (key.abs() * KEY_ERROR).simd_ge(error);
-        (ids, precise.select(key, Lanes::simd_from(simd, f64::NAN)))
+        let (keys, least) = self.keys(simd, (x, y), covered, ids);
+        let t = if matches!(origin, Origin::Point(_)) { Lanes::simd_from(simd, 1.0) / keys } else { -keys };
+        // Rounding to f32 is monotonic, so equal ends leave no doubt. NaN is in doubt, and so are distances near to where
+        // they saturate.
+        let (lo, hi) = (narrow(t * (1.0 - T_ERROR)), narrow(t * (1.0 + T_ERROR)));
+        let certain = lo.simd_eq(hi)
+            & narrow(keys.abs()).simd_ge(least)
+            & lo.simd_gt(PLAIN_T[0])
+            & lo.simd_lt(PLAIN_T[1]);
+        let hit = NarrowMask::from_bitmask(simd, covered);
+        hit.select(lo, Narrow::simd_from(simd, f32::INFINITY)).store_slice(ts);
+        covered & !certain.to_bitmask()
+    }
+
+    /// Ids and keys of some of eight rays, and the least magnitude of each that gives the distance.
+    #[inline(always)]
+    fn keys<S: Simd>(
+        &self,
+        simd: S,
+        (x, y): (u32, u32),
+        covered: u64,
+        ids: &mut [u32; LANES],
+    ) -> (Lanes<S>, Narrow<S>) {
+        let numbers = eight(&self.nearest[y as usize % SIDE], x);
+        let nearest = u32x8::from_slice(simd, numbers);
+        let columns = Lanes::load_array(simd, COLUMNS) + f64::from(x);
+        let mut all_keys = Lanes::simd_from(simd, f64::NAN);
+        let mut all_least = Narrow::simd_from(simd, f32::INFINITY);
+        let mut all_ids = u32x8::simd_from(simd, NO_TRIANGLE);
+        let mut left = covered;
+        // All rays with the record of the first one that is left: mostly one or two rounds.
+        while left != 0 {
+            let number = numbers[left.trailing_zeros() as usize % LANES];
+            let Record { key: [c, along_x, along_y], least, id } = self.records[number as usize];
+            let same = nearest.simd_eq(number);
+            let keys = (columns * along_x + c) + along_y * f64::from(y);
+            let (low, high) = same.widen();
+            all_keys = simd.combine_mask64x4(low, high).select(keys, all_keys);
+            all_least = same.select(Narrow::simd_from(simd, least), all_least);
+            all_ids = same.select(u32x8::simd_from(simd, id), all_ids);
+            left &= !same.to_bitmask();
+        }
+        all_ids.store_slice(ids);
+        (all_keys, all_least)
     }
 }
 
