@@ -1,0 +1,92 @@
+//! The command line: what can be typed, and what it means.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Runs umbel and other engines side by side.
+#[derive(Debug, Parser)]
+#[command(name = "umbel-bench", version, about, arg_required_else_help = true)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+/// Options of every command.
+#[derive(Debug, Args)]
+pub(crate) struct Common {
+    /// Threads of every engine; 0 takes all processors
+    #[arg(long, global = true, default_value_t = 0, value_name = "N")]
+    pub(crate) threads: usize,
+
+    /// Embree's shared library; without it Embree is left out
+    #[arg(long, global = true, value_name = "FILE.so", env = "EMBREE_LIBRARY")]
+    pub(crate) embree: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Time what a pinhole camera sees: ids and t of one ray per pixel
+    Primary(PrimaryArgs),
+    /// Count the rays that escape from a closed sphere
+    Leaks(LeaksArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PrimaryArgs {
+    /// Names in scenes.json, files, or builtin:NAME. Default: all of scenes.json, or builtin:umbel
+    pub(crate) scenes: Vec<String>,
+
+    /// A folder with scenes.json, which names files and cameras
+    #[arg(long = "scenes", value_name = "DIR")]
+    pub(crate) folder: Option<PathBuf>,
+
+    /// Pixels; may be given more than once
+    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "1920x1080")]
+    pub(crate) size: Vec<(u32, u32)>,
+
+    /// Rounds that count; one more goes before them
+    #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) repeat: u32,
+
+    /// Engines by the beginnings of their names, such as embree,obvhs-cwbvh. umbel always runs. Default: all
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub(crate) engines: Vec<String>,
+
+    /// Write everything that was measured
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+
+    /// Draw the medians
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) plot: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct LeaksArgs {
+    /// Divisions of the icosahedron: each makes four triangles of one
+    #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8))]
+    pub(crate) divisions: u32,
+
+    /// Origins inside the sphere
+    #[arg(long, default_value_t = 40, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) origins: u32,
+
+    /// Write the counts
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// "WxH" as two positive numbers.
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let parts = text.split_once(['x', 'X']).map(|(w, h)| (w.trim().parse(), h.trim().parse()));
+    match parts {
+        Some((Ok(width), Ok(height))) if (1..=16384).contains(&width) && (1..=16384).contains(&height) => {
+            Ok((width, height))
+        }
+        _ => Err("expected WIDTHxHEIGHT in pixels, each 1 to 16384, such as 1920x1080".into()),
+    }
+}

@@ -1,0 +1,45 @@
+//! What every engine offers: one run over a subject, timed.
+
+use std::time::Instant;
+
+use crate::Result;
+use crate::answer::Answer;
+use crate::subject::Subject;
+
+/// What one run took, in milliseconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Times {
+    /// From positions and indices to a structure that rays can be traced with. 0 for umbel, which builds none, and where
+    /// the structure was there already.
+    pub(crate) build: f64,
+    /// From there to ids and distances in memory.
+    pub(crate) trace: f64,
+}
+
+impl Times {
+    /// Both.
+    pub(crate) fn total(&self) -> f64 {
+        self.build + self.trace
+    }
+}
+
+/// One engine with its settings, ready to run on one subject.
+pub(crate) trait Engine {
+    /// The name in tables, such as `embree-medium-16`.
+    fn name(&self) -> &str;
+
+    /// Whether the structure is built once, outside the times.
+    fn prebuilt(&self) -> bool {
+        false
+    }
+
+    /// Runs once and fills an answer that has room for all rays.
+    fn run(&mut self, subject: &Subject, answer: &mut Answer) -> Result<Times>;
+}
+
+/// Runs something and measures it in milliseconds.
+pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
+    let start = Instant::now();
+    let value = work();
+    (start.elapsed().as_secs_f64() * 1e3, value)
+}

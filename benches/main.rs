@@ -1,0 +1,55 @@
+//! umbel-bench: umbel and other engines on the same triangles and rays, in one process and in turns.
+
+mod answer;
+mod cli;
+mod engine;
+mod engines;
+mod icosphere;
+mod leaks;
+mod machine;
+mod plot;
+mod primary;
+mod report;
+mod rounds;
+mod subject;
+mod table;
+mod umbel_engine;
+mod view_rays;
+mod views;
+
+#[cfg(feature = "embree")]
+mod embree;
+#[cfg(feature = "embree")]
+mod embree_api;
+#[cfg(feature = "embree")]
+mod embree_engine;
+#[cfg(feature = "obvhs")]
+mod obvhs_engine;
+#[cfg(feature = "parry")]
+mod parry_engine;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// What can go wrong here is told, not handled.
+pub(crate) type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+fn main() -> ExitCode {
+    match run(&cli::Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("umbel-bench: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Sets up the threads that all engines trace with, then runs the command.
+fn run(cli: &cli::Cli) -> Result<()> {
+    rayon::ThreadPoolBuilder::new().num_threads(cli.common.threads).build_global()?;
+    match &cli.command {
+        cli::Command::Primary(args) => primary::run(args, &cli.common),
+        cli::Command::Leaks(args) => leaks::run(args, &cli.common),
+    }
+}

@@ -1,0 +1,57 @@
+//! Everything that was measured, as JSON.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::Result;
+use crate::engine::Times;
+use crate::rounds::{Best, Measured};
+use crate::subject::Subject;
+
+/// One subject: all times of all engines, and the best of each.
+pub(crate) fn subject(subject: &Subject, measured: &[Measured], best: &[Best]) -> Value {
+    let umbel = measured.first().map_or(f64::NAN, |umbel| umbel.median(Times::total));
+    let engines: Vec<Value> = measured.iter().map(|engine| of_engine(engine, umbel)).collect();
+    let best: Vec<Value> = best.iter().map(of_best).collect();
+    json!({
+        "scene": subject.name,
+        "triangles": subject.triangles.len(),
+        "without_area": subject.dropped,
+        "size": [subject.rays.width, subject.rays.height],
+        "rays": subject.rays.len(),
+        "engines": engines,
+        "best": best,
+    })
+}
+
+/// One engine. `ratio` is its median total over umbel's.
+fn of_engine(engine: &Measured, umbel: f64) -> Value {
+    let all = |part: fn(&Times) -> f64| engine.times.iter().map(part).collect::<Vec<f64>>();
+    json!({
+        "name": engine.name,
+        "prebuilt": engine.prebuilt,
+        "ms": {"build": all(|t| t.build), "trace": all(|t| t.trace)},
+        "median_ms": {
+            "build": engine.median(|t| t.build),
+            "trace": engine.median(|t| t.trace),
+            "total": engine.median(Times::total),
+        },
+        "ratio": engine.median(Times::total) / umbel,
+        "ids_equal": engine.agreement.ids_equal,
+        "ts_equal": engine.agreement.ts_equal,
+    })
+}
+
+/// The best of one engine.
+fn of_best(best: &Best) -> Value {
+    let time = |time: &Option<(f64, String)>| time.as_ref().map(|(ms, name)| json!({"ms": ms, "name": name}));
+    json!({"engine": best.family, "build_and_trace": time(&best.total), "trace_alone": time(&best.trace)})
+}
+
+/// Writes a head and the values that belong to it, under a name.
+pub(crate) fn write(path: &Path, mut head: Value, name: &str, values: Vec<Value>) -> Result<()> {
+    head[name] = Value::Array(values);
+    let text = serde_json::to_string_pretty(&head)? + "\n";
+    std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()).into())
+}
