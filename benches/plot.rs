@@ -12,7 +12,9 @@ use crate::rounds::Best;
 /// Pixels from row to row.
 const ROW: u32 = 34;
 /// Pixels above and below the rows, for the caption, the legend and the axis.
-const FRAME: u32 = 130;
+const FRAME: u32 = 200;
+/// Rows of empty space above the first, for the legend.
+const HEADROOM: f64 = 2.5;
 const WIDTH: u32 = 860;
 
 /// Colours that people with colour blindness can tell apart, in the order of the engines.
@@ -49,7 +51,7 @@ fn draw(rows: &[(String, Vec<Best>)]) -> Result<String> {
             .margin(10)
             .x_label_area_size(40)
             .y_label_area_size(180)
-            .build_cartesian_2d((least..most).log_scale(), 0.0..count as f64 + 0.5)?;
+            .build_cartesian_2d((least..most).log_scale(), 0.0..count as f64 + HEADROOM)?;
         let label = |y: &f64| {
             let row = count as f64 - y;
             let whole = row >= 0.0 && row.fract().abs() < 1e-9;

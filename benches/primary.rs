@@ -22,6 +22,11 @@ pub(crate) fn run(args: &PrimaryArgs, common: &Common) -> Result<()> {
         for &size in &args.size {
             let subject = Subject::new(&view.name, &view.scene, view.camera(size))?;
             let mut prepared = engines.prepare(&subject, |name| wanted(args, name))?;
+            let ran =
+                |start: &&String| prepared.iter().any(|engine| engine.name().starts_with(start.as_str()));
+            if let Some(unknown) = args.engines.iter().find(|start| !ran(start)) {
+                return Err(format!("--engines {unknown}: no engine here has a name that begins so").into());
+            }
             let measured = rounds::measure(&mut prepared, &subject, args.repeat)?;
             let best = rounds::best(&measured);
             table::print(&subject, &measured, &best);
