@@ -72,7 +72,7 @@ pub(crate) struct LeaksArgs {
     pub(crate) divisions: u32,
 
     /// Origins inside the sphere
-    #[arg(long, default_value_t = 40, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 12, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) origins: u32,
 
     /// Write the counts

@@ -97,7 +97,10 @@ macro_rules! functions {
         impl Api {
             /// Loads the library and finds its functions.
             pub(crate) fn load(path: &Path) -> Result<Self> {
-                let named = |error: libloading::Error| format!("{}: {error}", path.display());
+                let named = |error: libloading::Error| match std::error::Error::source(&error) {
+                    Some(reason) => format!("{}: {error}: {reason}", path.display()),
+                    None => format!("{}: {error}", path.display()),
+                };
                 // SAFETY: loading runs the library's initialisers; the user names a library that is meant to be Embree.
                 let library = unsafe { Library::new(path) }.map_err(named)?;
                 $(

@@ -44,6 +44,10 @@ impl Engines {
     }
 
     /// umbel first, then all others whose names are wanted.
+    #[cfg_attr(
+        not(any(feature = "embree", feature = "obvhs", feature = "parry")),
+        expect(unused_mut, unused_variables, reason = "umbel is alone")
+    )]
     pub(crate) fn prepare(
         &self,
         subject: &Subject,

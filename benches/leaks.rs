@@ -83,6 +83,7 @@ fn bundle(origin: DVec3, targets: &[DVec3]) -> Bundle {
 }
 
 /// All engines that count.
+#[cfg_attr(not(feature = "embree"), expect(unused_mut, unused_variables, reason = "umbel is alone"))]
 fn contestants<'a>(
     engines: &'a Engines,
     positions: &'a [[f32; 3]],

@@ -1,5 +1,10 @@
 //! umbel-bench: umbel and other engines on the same triangles and rays, in one process and in turns.
 
+#![cfg_attr(
+    not(all(feature = "embree", feature = "obvhs", feature = "parry")),
+    allow(dead_code, reason = "some parts serve some engines only")
+)]
+
 mod answer;
 mod cli;
 mod engine;
