@@ -55,11 +55,11 @@ pub(crate) struct Workspace {
 
 impl Workspace {
     /// Bytes of a workspace.
-    pub(crate) const BYTES: usize = TileDepth::BYTES + Footprints::BYTES + size_of::<Self>();
+    pub(crate) const BYTES: usize = TileDepth::RECORD_BYTES + Footprints::BYTES + size_of::<Self>();
 
     /// A workspace for the tiles of one film.
-    pub(crate) fn new() -> Self {
-        Self {
+    pub(crate) fn new() -> Box<Self> {
+        Box::new(Self {
             depth: TileDepth::new(),
             footprints: Footprints::new(),
             run: [const { Batch::EMPTY }; RUN / LANES],
@@ -71,7 +71,7 @@ impl Workspace {
                 reaches: [DVec3::ZERO; 2],
             },
             setups: Setups::EMPTY,
-        }
+        })
     }
 }
 

@@ -96,10 +96,10 @@ fn sort_within_cells(order: &mut [u32], ends: &[usize], code: impl Fn(u32) -> u1
     });
 }
 
-/// Cubic cells over a box.
+/// Cubic cells over a box. f32 is fine enough, and one fixed sequence of operations: the order is the same everywhere.
 struct Grid {
-    lo: [f64; 3],
-    cells_per_unit: f64,
+    lo: [f32; 3],
+    cells_per_unit: f32,
 }
 
 impl Grid {
@@ -107,57 +107,59 @@ impl Grid {
     fn over(bounds: &Aabb) -> Self {
         let longest = bounds.extent()[bounds.longest_axis()];
         let cells = f64::from(1_u32 << (CELL_BITS + FINE_BITS));
-        Self {
-            lo: bounds.lo.map(f64::from),
-            cells_per_unit: if longest > 0.0 { cells / longest } else { 0.0 },
-        }
+        let cells_per_unit = if longest > 0.0 { cells / longest } else { 0.0 };
+        Self { lo: bounds.lo, cells_per_unit: cells_per_unit as f32 }
     }
 
-    /// The cell coordinates of a triangle's first corner, CELL_BITS + FINE_BITS bits each.
-    fn place(&self, triangles: &Triangles<'_>, id: u32) -> [u32; 3] {
+    /// The number along the curve, within all cells, of a triangle's first corner.
+    fn place(&self, triangles: &Triangles<'_>, id: u32) -> u32 {
         let corner = triangles.first_corner(id);
-        let last = (1 << (CELL_BITS + FINE_BITS)) - 1;
-        // The cast saturates, and the minimum keeps the far side inside.
-        [0, 1, 2].map(|k| (((f64::from(corner[k]) - self.lo[k]) * self.cells_per_unit) as u32).min(last))
+        [0, 1, 2].into_iter().fold(0, |place, k| {
+            // The cast saturates, NaN becomes 0, and the minimum keeps the far side inside.
+            let cell = (((corner[k] - self.lo[k]) * self.cells_per_unit) as u32).min(255);
+            place | SPREAD[cell as usize % 256] << (2 - k)
+        })
     }
 
     /// The number of a triangle's cell along the curve.
     fn cell(&self, triangles: &Triangles<'_>, id: u32) -> u16 {
         // In range: 15 bits.
-        interleave(self.place(triangles, id).map(|x| x >> FINE_BITS)) as u16
+        (self.place(triangles, id) >> (3 * FINE_BITS)) as u16
     }
 
     /// The finer code of a triangle within its cell.
     fn fine(&self, triangles: &Triangles<'_>, id: u32) -> u16 {
         // In range: 9 bits.
-        interleave(self.place(triangles, id).map(|x| x & ((1 << FINE_BITS) - 1))) as u16
+        (self.place(triangles, id) & ((1 << (3 * FINE_BITS)) - 1)) as u16
     }
 }
 
-/// The Morton code of three 10-bit numbers.
-fn interleave([x, y, z]: [u32; 3]) -> u32 {
-    spread(x) << 2 | spread(y) << 1 | spread(z)
-}
-
-/// Bit k of a 10-bit number moves to bit 3k.
-fn spread(x: u32) -> u32 {
-    let x = (x | x << 16) & 0x0300_00FF;
-    let x = (x | x << 8) & 0x0300_F00F;
-    let x = (x | x << 4) & 0x030C_30C3;
-    (x | x << 2) & 0x0924_9249
-}
+/// Bit k of a number of CELL_BITS + FINE_BITS = 8 bits moves to bit 3k.
+const SPREAD: [u32; 256] = {
+    let mut spread = [0; 256];
+    let mut x = 0;
+    while x < 256 {
+        let mut bit = 0;
+        while bit < 8 {
+            spread[x] |= (x as u32 >> bit & 1) << (3 * bit);
+            bit += 1;
+        }
+        x += 1;
+    }
+    spread
+};
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn interleaves_bits() {
-        for k in 0..10 {
-            assert_eq!(interleave([1 << k, 0, 0]), 1 << (3 * k + 2));
-            assert_eq!(interleave([0, 1 << k, 0]), 1 << (3 * k + 1));
-            assert_eq!(interleave([0, 0, 1 << k]), 1 << (3 * k));
-        }
+    fn cells_are_numbered_along_the_curve() {
+        let positions = [[0.0, 0.0, 0.0], [8.0, 8.0, 8.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+        let indices: Vec<[u32; 3]> = (0..5).map(|i| [i; 3]).collect();
+        let triangles = Triangles::new(&positions, &indices).expect("valid triangles");
+        let order = along_curve(&triangles);
+        assert_eq!(order, [0, 4, 3, 2, 1]);
     }
 
     #[test]

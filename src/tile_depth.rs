@@ -81,10 +81,10 @@ impl Record {
 #[derive(Debug)]
 pub(crate) struct TileDepth {
     /// Bounds of each ray's key: −∞ for none, +∞ where nothing more matters.
-    lo: Box<[[f32; SIDE]; SIDE]>,
-    hi: Box<[[f32; SIDE]; SIDE]>,
+    lo: [[f32; SIDE]; SIDE],
+    hi: [[f32; SIDE]; SIDE],
     /// The record of each ray.
-    nearest: Box<[[u32; SIDE]; SIDE]>,
+    nearest: [[u32; SIDE]; SIDE],
     records: Vec<Record>,
     /// Per row, the rays that have hit something.
     covered: [u64; SIDE],
@@ -97,17 +97,15 @@ pub(crate) struct TileDepth {
 }
 
 impl TileDepth {
-    /// Bytes of a buffer.
-    pub(crate) const BYTES: usize = SIDE * SIDE * (2 * size_of::<f32>() + size_of::<u32>())
-        + RECORDS * size_of::<Record>()
-        + size_of::<Self>();
+    /// Bytes of the records of a buffer.
+    pub(crate) const RECORD_BYTES: usize = RECORDS * size_of::<Record>();
 
     /// A buffer; [`TileDepth::clear`] readies it.
     pub(crate) fn new() -> Self {
         Self {
-            lo: Box::new([[0.0; SIDE]; SIDE]),
-            hi: Box::new([[0.0; SIDE]; SIDE]),
-            nearest: Box::new([[NO_RECORD; SIDE]; SIDE]),
+            lo: [[0.0; SIDE]; SIDE],
+            hi: [[0.0; SIDE]; SIDE],
+            nearest: [[NO_RECORD; SIDE]; SIDE],
             records: Vec::with_capacity(RECORDS),
             covered: [0; SIDE],
             far: [[0.0; LANES]; TILE_BLOCKS as usize],
@@ -303,23 +301,27 @@ impl TileDepth {
         (origin, triangles): (Origin, &Triangles<'_>),
         ray: impl Fn(u32) -> Ray,
     ) {
-        let columns = (0..).step_by(LANES);
-        for ((ids, ts), x) in ids.chunks_mut(LANES).zip(ts.chunks_mut(LANES)).zip(columns) {
-            let covered = self.covered[y as usize % SIDE] >> x & ((1 << ids.len()) - 1);
-            let doubtful = if let (Ok(ids), Ok(ts)) = ((&mut *ids).try_into(), (&mut *ts).try_into()) {
-                self.resolve(simd, (x, y), covered, origin, (ids, ts))
-            } else {
-                let (mut some_ids, mut some_ts) = ([0; LANES], [0.0; LANES]);
-                let doubtful = self.resolve(simd, (x, y), covered, origin, (&mut some_ids, &mut some_ts));
-                ids.copy_from_slice(&some_ids[..ids.len()]);
-                ts.copy_from_slice(&some_ts[..ids.len()]);
-                doubtful
-            };
+        let ((id_eights, last_ids), (t_eights, last_ts)) = (ids.as_chunks_mut(), ts.as_chunks_mut());
+        let covered = self.covered[y as usize % SIDE];
+        let decide = |x: u32, (ids, ts): (&[u32; LANES], &mut [f32; LANES]), doubtful: u64| {
             for lane in bits(doubtful) {
                 // In range: fewer than eight columns.
-                let ray = ray(x + lane as u32);
-                ts[lane] = Distance::new(&ray, &triangles.triangle(ids[lane])).rounded();
+                ts[lane] = Distance::new(&ray(x + lane as u32), &triangles.triangle(ids[lane])).rounded();
             }
+        };
+        let mut x = 0;
+        for (ids, ts) in id_eights.iter_mut().zip(t_eights) {
+            let doubtful = self.resolve(simd, (x, y), covered >> x & 0xFF, origin, (ids, ts));
+            decide(x, (ids, ts), doubtful);
+            x += BLOCK_SIDE;
+        }
+        if !last_ids.is_empty() {
+            let (mut ids, mut ts) = ([0; LANES], [0.0; LANES]);
+            let covered = covered >> x & ((1 << last_ids.len()) - 1);
+            let doubtful = self.resolve(simd, (x, y), covered, origin, (&mut ids, &mut ts));
+            decide(x, (&ids, &mut ts), doubtful);
+            last_ids.copy_from_slice(&ids[..last_ids.len()]);
+            last_ts.copy_from_slice(&ts[..last_ids.len()]);
         }
     }
 
