@@ -53,7 +53,8 @@ impl Engines {
         subject: &Subject,
         wanted: impl Fn(&str) -> bool,
     ) -> Result<Vec<Box<dyn Engine>>> {
-        let mut engines: Vec<Box<dyn Engine>> = vec![Box::new(Umbel)];
+        let mut engines: Vec<Box<dyn Engine>> =
+            vec![Box::new(Umbel::from_scratch()), Box::new(Umbel::keeping_order())];
         #[cfg(feature = "embree")]
         if let Some(device) = &self.embree {
             engines.extend(crate::embree_engine::variants(device, subject, &wanted)?);

@@ -3,6 +3,7 @@
 use crate::engine::Times;
 use crate::rounds::{Best, Measured};
 use crate::subject::Subject;
+use crate::umbel_engine::KEEPING;
 
 /// Prints all engines, and the best of each.
 pub(crate) fn print(subject: &Subject, measured: &[Measured], best: &[Best]) {
@@ -34,17 +35,19 @@ pub(crate) fn print(subject: &Subject, measured: &[Measured], best: &[Best]) {
             100.0 * engine.agreement.ts_equal,
         );
     }
+    let kept = measured.iter().find(|engine| engine.name == KEEPING);
+    let kept = kept.map_or(f64::NAN, |kept| kept.median(Times::total));
     for best in best.iter().filter(|best| best.family != "umbel") {
-        let text = |time: &Option<(f64, String)>| {
+        let text = |time: &Option<(f64, String)>, own: f64, with: &str| {
             let (ms, name) = time.as_ref()?;
-            Some(format!("{ms:.2} ms = {:.2} umbel ({name})", ms / umbel))
+            Some(format!("{ms:.2} ms = {:.2} {with} ({name})", ms / own))
         };
         let none = || "not measured".to_owned();
         println!(
             "best {}: build + trace {}, trace alone {}",
             best.family,
-            text(&best.total).unwrap_or_else(none),
-            text(&best.trace).unwrap_or_else(none)
+            text(&best.total, umbel, "umbel").unwrap_or_else(none),
+            text(&best.trace, kept, KEEPING).unwrap_or_else(none)
         );
     }
 }

@@ -48,6 +48,10 @@ pub(crate) struct Common {
     #[arg(long, global = true, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) repeat: u32,
 
+    /// With --repeat: start from the triangle order that the run before has found, and from nothing else
+    #[arg(long, global = true)]
+    pub(crate) keep_order: bool,
+
     /// Stop before starting when more memory than this would be needed, such as 500M or 8G
     #[arg(long, global = true, value_name = "BYTES", value_parser = parse_bytes)]
     pub(crate) max_memory: Option<u64>,

@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use umbel::{
-    Camera, Error, Lens, LoadOptions, Scene, Stats, info, load, preview, verify, visibility, write_png_rgb8,
+    Camera, Error, Frame, Lens, LoadOptions, Scene, Stats, VisibilityBuffer, info, load, preview, verify,
+    write_png_rgb8,
 };
 
 use crate::cli::{Common, InfoArgs, RenderArgs, VerifyArgs};
@@ -36,15 +37,16 @@ pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
 
     // The engine: visibility of the pixel centres.
     let options = common.options();
-    let mut seen = None;
+    let (triangles, shot) = (scene.geometry()?, camera.shot()?);
+    let mut frame = if common.keep_order { Frame::keeping_order() } else { Frame::new() };
+    let mut stats = Stats::default();
     for _ in 0..common.repeat {
         let mut milliseconds = 0.0;
-        seen = Some(timed(&mut milliseconds, || visibility(&scene, &camera, &options))?);
+        stats = timed(&mut milliseconds, || frame.closest_hit(&triangles, &shot.pencil, &options))?;
         times.engine.push(milliseconds);
     }
-    let Some((buffer, stats)) = seen else {
-        return Ok(());
-    };
+    let pixels = camera.width as usize * camera.rows() as usize;
+    let buffer = VisibilityBuffer { shot, hits: frame.into_hits(), pixels };
 
     // What was asked for, and nothing else.
     let mut hash = blake3::Hasher::new();

@@ -21,7 +21,7 @@
 //! ```
 
 pub use umbel_core::{
-    Aabb, Accuracy, Cone, Film, Frustum, GridFilm, Hit, Hits, Isa, NO_TRIANGLE, Options, Origin, Path,
+    Aabb, Accuracy, Cone, Film, Frame, Frustum, GridFilm, Hit, Hits, Isa, NO_TRIANGLE, Options, Origin, Path,
     Pencil, Ray, Rays, Segment, Side, Stats, TriangleId, Triangles, any_hit, blocked, closest_hit, glam,
 };
 

@@ -16,7 +16,7 @@ pub struct Hit {
 }
 
 /// The hits of a set of rays, in the order of the rays.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Hits {
     pub(crate) ids: Vec<u32>,
     pub(crate) ts: Vec<f32>,
@@ -28,9 +28,11 @@ impl Hits {
         Self { ids: vec![NO_TRIANGLE; rays], ts: vec![f32::INFINITY; rays] }
     }
 
-    /// Room for some rays that are all going to be written: pages of zeros, which nobody has touched yet.
-    pub(crate) fn unwritten(rays: usize) -> Self {
-        Self { ids: vec![0; rays], ts: vec![0.0; rays] }
+    /// Room for some rays that are all going to be written. New memory is made of zeros that nobody has touched yet.
+    pub(crate) fn make_room(&mut self, rays: usize) {
+        if self.ids.len() != rays {
+            *self = Self { ids: vec![0; rays], ts: vec![0.0; rays] };
+        }
     }
 
     /// The number of rays.

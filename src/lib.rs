@@ -20,6 +20,7 @@ mod error;
 mod expansion;
 mod film;
 mod footprints;
+mod frame;
 mod frustum;
 mod general;
 mod hits;
@@ -59,6 +60,7 @@ pub use bounds::Aabb;
 pub use cone::Cone;
 pub use frustum::Frustum;
 
+pub use frame::Frame;
 pub use hits::{Hit, Hits, NO_TRIANGLE};
 pub use isa::Isa;
 pub use options::{Accuracy, Options, Path};

@@ -4,7 +4,8 @@ use fearless_simd::Level;
 
 use crate::general::{self, Probes};
 use crate::hits::NO_TRIANGLE;
-use crate::{Error, Hits, Options, Path, Ray, Rays, Segment, Stats, Triangles, recursion};
+use crate::runs::{Order, Runs};
+use crate::{Error, Frame, Hits, Options, Path, Ray, Rays, Segment, Stats, Triangles, recursion};
 
 /// Finds the nearest triangle along each ray: by exact t, then by the smaller id.
 ///
@@ -18,7 +19,9 @@ pub fn closest_hit<'a>(
     rays: impl Into<Rays<'a>>,
     options: &Options,
 ) -> Result<(Hits, Stats), Error> {
-    run(triangles, rays.into(), options, false)
+    let mut frame = Frame::new();
+    let stats = frame.closest_hit(triangles, rays, options)?;
+    Ok((frame.into_hits(), stats))
 }
 
 /// Finds whether each ray meets any triangle. Costs less than [`closest_hit`]; which triangle it was is not told.
@@ -30,7 +33,8 @@ pub fn any_hit<'a>(
     rays: impl Into<Rays<'a>>,
     options: &Options,
 ) -> Result<(Vec<bool>, Stats), Error> {
-    let (hits, stats) = run(triangles, rays.into(), options, true)?;
+    let mut hits = Hits::default();
+    let stats = run(triangles, rays.into(), options, true, (&mut hits, &mut None))?;
     Ok(((0..hits.len()).map(|ray| hits.get(ray).is_some()).collect(), stats))
 }
 
@@ -50,25 +54,31 @@ pub fn blocked(
     Ok((hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats))
 }
 
-/// Checks the rays and takes the path of the options.
-fn run(
+/// Checks the rays and takes the path of the options. Uses the memory of the hits and the order, where there is one.
+pub(crate) fn run(
     triangles: &Triangles<'_>,
     rays: Rays<'_>,
     options: &Options,
     any: bool,
-) -> Result<(Hits, Stats), Error> {
+    (hits, order): (&mut Hits, &mut Option<Order>),
+) -> Result<Stats, Error> {
     let level = check_host(rays.len(), options)?;
     if let Rays::General(rays) = rays {
         rays.iter().try_for_each(Ray::check)?;
     }
-    if let (Rays::Pencil(pencil), Path::Pencil) = (rays, options.path) {
-        let mut hits = Hits::unwritten(rays.len());
-        let stats = recursion::intersect(triangles, pencil, options.accuracy, level, any, &mut hits);
-        return Ok((hits, stats));
-    }
-    let mut hits = Hits::missed(rays.len());
-    let stats = general::intersect(triangles, Probes::Rays(rays), any, &mut hits);
-    Ok((hits, stats))
+    Ok(match (rays, options.path) {
+        (Rays::Pencil(pencil), Path::Pencil) => {
+            hits.make_room(rays.len());
+            let runs = Runs::new(triangles, order.take());
+            let stats = recursion::intersect(triangles, pencil, &runs, (options.accuracy, level, any), hits);
+            *order = Some(runs.into_order());
+            stats
+        }
+        _ => {
+            *hits = Hits::missed(rays.len());
+            general::intersect(triangles, Probes::Rays(rays), any, hits)
+        }
+    })
 }
 
 /// Checks what the rays do not depend on: their number, the instruction set, and subnormal numbers.

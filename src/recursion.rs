@@ -33,12 +33,10 @@ use crate::{Aabb, Accuracy, Film, Hits, Stats, Triangles};
 pub(crate) fn intersect(
     triangles: &Triangles<'_>,
     pencil: &Pencil,
-    accuracy: Accuracy,
-    level: Level,
-    any: bool,
+    runs: &Runs,
+    (accuracy, level, any): (Accuracy, Level, bool),
     hits: &mut Hits,
 ) -> Stats {
-    let runs = Runs::new(triangles);
     // Each thread works on one tile; each tile has its rows of the hits.
     let threads = rayon::current_num_threads();
     let tiles = threads * (size_of::<Tile<'_>>() + Workspace::BYTES);
@@ -61,12 +59,12 @@ pub(crate) fn intersect(
                 let pixels = &Pixels::new(projection, film);
                 let query =
                     FilmQuery { triangles, origin, film, projection, pixels, bounds, accuracy, level, any };
-                split_film(query, &runs, window)
+                split_film(query, runs, window)
             }
             Film::Scattered(samples) => {
                 let origin = pencil.origin();
                 let query = ScatteredQuery { triangles, origin, samples, accuracy, level, any };
-                scattered::intersect(query, &runs, window)
+                scattered::intersect(query, runs, window)
             }
         });
     }

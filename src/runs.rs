@@ -37,27 +37,41 @@ pub(crate) struct Node {
     index: usize,
 }
 
-/// Triangles in an order, with the boxes of the implicit hierarchy over it.
-#[derive(Debug)]
-pub(crate) struct Runs {
-    /// The order of the triangles; empty for the order of the file.
-    order: Vec<u32>,
-    /// Boxes of the runs, then of ever larger groups, up to one vector of boxes.
-    levels: Vec<Vec<Boxes>>,
+/// An order of triangles: a permutation and nothing else.
+#[derive(Debug, Clone)]
+pub(crate) struct Order {
+    /// The triangle at each place; empty for the order of the file.
+    places: Vec<u32>,
     triangles: usize,
 }
 
+/// Triangles in an order, with the boxes of the implicit hierarchy over it.
+#[derive(Debug)]
+pub(crate) struct Runs {
+    order: Order,
+    /// Boxes of the runs, then of ever larger groups, up to one vector of boxes.
+    levels: Vec<Vec<Boxes>>,
+}
+
 impl Runs {
-    /// Runs in the order of the file, or in a better one. O(n).
-    pub(crate) fn new(triangles: &Triangles<'_>) -> Self {
-        let order = if is_coherent(triangles) { Vec::new() } else { along_curve(triangles) };
-        let boxes = run_boxes(triangles, &order);
-        let mut runs = Self { order, levels: vec![boxes], triangles: triangles.len() };
+    /// Runs in a given order, in that of the file, or in a better one. O(n).
+    pub(crate) fn new(triangles: &Triangles<'_>, kept: Option<Order>) -> Self {
+        let order = kept.filter(|order| order.triangles == triangles.len()).unwrap_or_else(|| {
+            let places = if is_coherent(triangles) { Vec::new() } else { along_curve(triangles) };
+            Order { places, triangles: triangles.len() }
+        });
+        let boxes = run_boxes(triangles, &order.places);
+        let mut runs = Self { order, levels: vec![boxes] };
         while let Some(top) = runs.levels.last().filter(|top| top.len() > 1) {
             let next = top.chunks(FANOUT).map(|children| gather(children.iter().map(union))).collect();
             runs.levels.push(next);
         }
         runs
+    }
+
+    /// What a later query may use again.
+    pub(crate) fn into_order(self) -> Order {
+        self.order
     }
 
     /// The box of everything.
@@ -87,19 +101,19 @@ impl Runs {
 
     /// The ids of a run's triangles.
     pub(crate) fn ids(&self, run: usize) -> impl Iterator<Item = u32> {
-        range(run, self.triangles).map(|place| id_at(&self.order, place))
+        range(run, self.order.triangles).map(|place| id_at(&self.order.places, place))
     }
 
     /// The id of one of a run's triangles.
     #[inline(always)]
     pub(crate) fn id(&self, run: usize, place: usize) -> u32 {
-        id_at(&self.order, run * RUN + place)
+        id_at(&self.order.places, run * RUN + place)
     }
 
     /// Bytes kept.
     pub(crate) fn bytes(&self) -> usize {
         let boxes: usize = self.levels.iter().map(Vec::capacity).sum();
-        self.order.capacity() * size_of::<u32>() + boxes * size_of::<Boxes>()
+        self.order.places.capacity() * size_of::<u32>() + boxes * size_of::<Boxes>()
     }
 }
 

@@ -9,6 +9,9 @@ use crate::{Aabb, Error};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TriangleId(pub u32);
 
+/// Positions or triangles that one task checks at least.
+const CHECKED: usize = 1 << 14;
+
 /// Borrowed triangles: finite positions, indices in range. Nothing is copied.
 #[derive(Debug, Clone, Copy)]
 pub struct Triangles<'a> {
@@ -28,14 +31,17 @@ impl<'a> Triangles<'a> {
             return Err(Error::TooManyTriangles { triangles: indices.len() });
         }
         let not_finite = |p: &[f32; 3]| !p.iter().all(|x| x.is_finite());
-        if let Some(vertex) = positions.iter().position(not_finite) {
+        let first = positions.par_iter().with_min_len(CHECKED).position_first(not_finite);
+        if let Some(vertex) = first {
             return Err(Error::NonFinitePosition { vertex, position: positions[vertex] });
         }
         let vertices = positions.len();
-        for (triangle, corners) in indices.iter().enumerate() {
-            if let Some(&vertex) = corners.iter().find(|&&v| v as usize >= vertices) {
-                return Err(Error::IndexOutOfRange { triangle, vertex, vertices });
-            }
+        let outside = |&&v: &&u32| v as usize >= vertices;
+        let wrong = |corners: &[u32; 3]| corners.iter().find(outside).is_some();
+        if let Some(triangle) = indices.par_iter().with_min_len(CHECKED).position_first(wrong)
+            && let Some(&vertex) = indices[triangle].iter().find(outside)
+        {
+            return Err(Error::IndexOutOfRange { triangle, vertex, vertices });
         }
         Ok(Self { positions, indices })
     }

@@ -1,0 +1,76 @@
+//! What survives from one frame to the next: memory, and on request the order of the triangles.
+//!
+//! A [`Frame`] that is used again writes into the hits of the frame before: no pages to fault in. One that keeps the order
+//! also spares the next frame the sorting; everything else is done from
+//! scratch, so triangles may move as they like. An order that has grown stale costs time, never a hit.
+//!
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
+//! 2011 (a permutation is all that remains).
+
+use crate::runs::Order;
+use crate::{Error, Hits, Options, Rays, Stats, Triangles, query};
+
+/// Hits, and what the next query may use again.
+///
+/// ```
+/// # use umbel_core::{Film, Frame, GridFilm, Options, Origin, Pencil, Triangles, glam::DVec3};
+/// # let film = GridFilm::new(4, 4, DVec3::NEG_Z, DVec3::X / 4.0, DVec3::Y / 4.0)?;
+/// # let pencil = Pencil::new(Origin::Point(DVec3::ZERO), vec![Film::Grid(film)])?;
+/// # let mut positions = [[-9.0, -9.0, -1.0], [9.0, -9.0, -1.0], [0.0, 9.0, -1.0]];
+/// let mut frame = Frame::keeping_order();
+/// for _ in 0..3 {
+///     positions[2][1] += 0.5;
+///     let triangles = Triangles::new(&positions, &[[0, 1, 2]])?;
+///     frame.closest_hit(&triangles, &pencil, &Options::default())?;
+///     assert!(frame.hits().get(5).is_some());
+/// }
+/// # Ok::<(), umbel_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct Frame {
+    hits: Hits,
+    order: Option<Order>,
+    keeps_order: bool,
+}
+
+impl Frame {
+    /// An empty frame that keeps memory only.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// An empty frame that keeps the order of the triangles as well.
+    #[must_use]
+    pub fn keeping_order() -> Self {
+        Self { keeps_order: true, ..Self::default() }
+    }
+
+    /// Finds the nearest triangle along each ray, as [`crate::closest_hit`] does, into this frame.
+    ///
+    /// # Errors
+    /// As [`crate::closest_hit`].
+    pub fn closest_hit<'a>(
+        &mut self,
+        triangles: &Triangles<'_>,
+        rays: impl Into<Rays<'a>>,
+        options: &Options,
+    ) -> Result<Stats, Error> {
+        if !self.keeps_order {
+            self.order = None;
+        }
+        query::run(triangles, rays.into(), options, false, (&mut self.hits, &mut self.order))
+    }
+
+    /// The hits of the last query.
+    #[must_use]
+    pub fn hits(&self) -> &Hits {
+        &self.hits
+    }
+
+    /// The hits of the last query, to keep.
+    #[must_use]
+    pub fn into_hits(self) -> Hits {
+        self.hits
+    }
+}
