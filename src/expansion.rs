@@ -155,6 +155,9 @@ pub(crate) fn triple_product(x: &[Expansion; 3], y: &[Expansion; 3], z: &[Expans
 mod tests {
     use super::*;
 
+    /// An interpreter takes its time.
+    const ROUNDS: usize = if cfg!(miri) { 20 } else { 2_000 };
+
     /// Sums of products of small integers scaled far apart: i128 is the oracle.
     #[test]
     fn agrees_with_integers() {
@@ -163,7 +166,7 @@ mod tests {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (i128::from(state >> 40) - (1 << 23)) << (state >> 20 & 15)
         };
-        for _ in 0..2_000 {
+        for _ in 0..ROUNDS {
             let [a, b, c, d] = [next(), next(), next(), next()];
             let [x, y, z, w] = [a, b, c, d].map(|i| Expansion::of(i as f64));
             let product = x.times(&y).minus(&z.times(&w));

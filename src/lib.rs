@@ -19,6 +19,7 @@ mod depth;
 mod error;
 mod expansion;
 mod film;
+mod footprint;
 mod footprints;
 mod frame;
 mod frustum;

@@ -17,9 +17,10 @@ use rayon::prelude::*;
 
 use crate::bounds::U;
 use crate::depth::{Candidate, DepthBuffer};
+use crate::footprint::{CLUSTER, Footprint, Plane};
 use crate::frustum::{Frustum, Interval, Projection};
 use crate::hits::NO_TRIANGLE;
-use crate::lanes::{Boxes, LANES};
+use crate::lanes::{Boxes, LANES, bits};
 use crate::pencil::Origin;
 use crate::predicates::covers;
 use crate::recursion::intersect_objects;
@@ -28,15 +29,16 @@ use crate::space_setup::SpaceSetup;
 use crate::window::Window;
 use crate::{Accuracy, Cone, Stats, Triangles};
 
-/// Rays per cluster.
-const CLUSTER: usize = 256;
-
 /// Finds the nearest, or any, hit of scattered rays. The window is one row.
 pub(crate) fn intersect(query: ScatteredQuery<'_>, runs: &Runs, mut window: Window<'_>) -> Stats {
     let ScatteredQuery { origin, samples, .. } = query;
     let order = along_curve(origin, samples);
-    let clusters: Vec<(Vec<u32>, Vec<f32>, Stats)> = order
-        .par_chunks(CLUSTER)
+    // A cluster sees one plane.
+    let face = |place: &u32| Plane::of(origin, samples[*place as usize]).face();
+    let clusters: Vec<&[u32]> =
+        order.chunk_by(|one, other| face(one) == face(other)).flat_map(|face| face.chunks(CLUSTER)).collect();
+    let hits: Vec<(Vec<u32>, Vec<f32>, Stats)> = clusters
+        .par_iter()
         .map(|places| {
             let mut cluster = Cluster::new(query, places);
             let stats = intersect_objects(&mut cluster, runs);
@@ -49,7 +51,7 @@ pub(crate) fn intersect(query: ScatteredQuery<'_>, runs: &Runs, mut window: Wind
     let Some((all_ids, all_ts)) = window.rows.first_mut() else {
         return stats;
     };
-    for (places, (ids, ts, cluster)) in order.chunks(CLUSTER).zip(clusters) {
+    for (places, (ids, ts, cluster)) in clusters.into_iter().zip(hits) {
         stats = stats.plus(cluster);
         for (&place, (id, t)) in places.iter().zip(ids.into_iter().zip(ts)) {
             all_ids[place as usize] = id;
@@ -67,18 +69,16 @@ fn along_curve(origin: Origin, samples: &[DVec3]) -> Vec<u32> {
         let s = samples[place as usize];
         match origin {
             Origin::Point(_) => {
-                let face = largest_axis(s);
-                let size = s[face].abs();
-                let unit = |k: usize| s[(face + k) % 3] / size * 0.5 + 0.5;
-                let side = u64::from(s[face] < 0.0);
-                (2 * face as u64 + side) << 32 | interleave(unit(1), unit(2))
+                let plane = Plane::of(origin, s);
+                let [x, y] = plane.place(s).map(|place| place.value * 0.5 + 0.5);
+                plane.face() << 32 | interleave(x, y)
             }
-            Origin::Infinity(direction) => {
+            Origin::Infinity(_) => {
                 // The axis nearest to the direction is left out: the other two span a plane across it.
-                let axis = largest_axis(direction);
+                let [_, right, up] = Plane::of(origin, s).axes();
                 let extent = (hi - lo).max_element();
-                let unit = |k: usize| (s[(axis + k) % 3] - lo[(axis + k) % 3]) / extent;
-                interleave(unit(1), unit(2))
+                let unit = |axis: DVec3| (s - lo).dot(axis) / extent;
+                interleave(unit(right), unit(up))
             }
         }
     };
@@ -86,18 +86,6 @@ fn along_curve(origin: Origin, samples: &[DVec3]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..samples.len() as u32).collect();
     order.par_sort_by_cached_key(|place| (code(*place), *place));
     order
-}
-
-/// The axis of the largest component.
-fn largest_axis(v: DVec3) -> usize {
-    let [x, y, z] = v.abs().to_array();
-    if x >= y && x >= z {
-        0
-    } else if y >= z {
-        1
-    } else {
-        2
-    }
 }
 
 /// The Morton code of two numbers in [0, 1], 16 bits each.
@@ -138,6 +126,7 @@ pub(crate) struct Cluster<'a> {
     query: ScatteredQuery<'a>,
     places: &'a [u32],
     bound: Bound,
+    footprint: Footprint,
     pub(crate) depth: DepthBuffer,
 }
 
@@ -150,7 +139,8 @@ impl<'a> Cluster<'a> {
                 beam(direction, &samples).map_or(Bound::Everything, Bound::Frustum)
             }
         };
-        Self { query, places, bound, depth: DepthBuffer::new(places.len()) }
+        let footprint = Footprint::new(Plane::of(query.origin, samples[0]), &samples);
+        Self { query, places, bound, footprint, depth: DepthBuffer::new(places.len()) }
     }
 
     /// The common origin.
@@ -185,53 +175,61 @@ impl<'a> Cluster<'a> {
         (met, ts)
     }
 
-    /// Tests one triangle against all rays of the cluster.
+    /// Tests one triangle against the rays that may meet it.
     pub(crate) fn intersect(&mut self, id: u32, stats: &mut Stats) {
-        let ScatteredQuery { triangles, origin, samples, accuracy, any, .. } = self.query;
+        let ScatteredQuery { triangles, origin, level, .. } = self.query;
         let triangle = triangles.triangle(id);
+        let met = self.footprint.may_meet(level, &triangle);
+        if met.iter().all(|&rays| rays == 0) {
+            return;
+        }
         stats.triangles_set_up += 1;
         let Some(setup) = SpaceSetup::new(origin, &triangle) else {
             return;
         };
-        for (index, &place) in self.places.iter().enumerate() {
-            let sample = samples[place as usize];
-            stats.samples_tested += 1;
-            let inside = match accuracy {
-                Accuracy::Exact => setup.inside(sample),
-                Accuracy::Fast => setup.inside_rounded(sample).then_some(true),
-            };
-            let certain = match inside {
-                Some(certain) => certain,
-                None => continue,
-            };
-            let key = setup.key(sample);
-            // Both sums round once; the error of a quotient has room for that.
-            let candidate = Candidate { id, lo: key.value - key.error, hi: key.value + key.error };
-            if self.depth.is_behind(index, &candidate) {
-                continue;
+        for (word, rays) in met.into_iter().enumerate() {
+            for ray in bits(rays) {
+                self.test(word * 64 + ray, id, &setup, stats);
             }
-            let ray = || origin.ray(sample);
-            // A start point at or beyond the plane: t ≤ 0.
-            let ahead = match origin {
-                Origin::Point(_) => Some(true),
-                Origin::Infinity(_) if candidate.lo > 0.0 => Some(false),
-                Origin::Infinity(_) => (candidate.hi < 0.0 || accuracy == Accuracy::Fast).then_some(true),
-            };
-            let hit = match (certain, ahead) {
-                (_, Some(false)) => false,
-                (true, Some(true)) => true,
-                _ => covers(&ray(), &triangle, origin.ties(), &mut stats.ambiguous_coverage),
-            };
-            if !hit {
-                continue;
-            }
-            if any {
-                self.depth.settle(index, id);
-            } else {
-                let exact: Option<&dyn Fn() -> crate::Ray> =
-                    (accuracy == Accuracy::Exact).then_some(&ray as _);
-                self.depth.offer(index, candidate, triangles, exact, &mut stats.ambiguous_order);
-            }
+        }
+    }
+
+    /// Tests one ray against one triangle.
+    fn test(&mut self, index: usize, id: u32, setup: &SpaceSetup, stats: &mut Stats) {
+        let ScatteredQuery { triangles, origin, samples, accuracy, any, .. } = self.query;
+        let sample = samples[self.places[index] as usize];
+        stats.samples_tested += 1;
+        let inside = match accuracy {
+            Accuracy::Exact => setup.inside(sample),
+            Accuracy::Fast => setup.inside_rounded(sample).then_some(true),
+        };
+        let Some(certain) = inside else { return };
+        let key = setup.key(sample);
+        // Both sums round once; the error of a quotient has room for that.
+        let candidate = Candidate { id, lo: key.value - key.error, hi: key.value + key.error };
+        if self.depth.is_behind(index, &candidate) {
+            return;
+        }
+        let ray = || origin.ray(sample);
+        // A start point at or beyond the plane: t ≤ 0.
+        let ahead = match origin {
+            Origin::Point(_) => Some(true),
+            Origin::Infinity(_) if candidate.lo > 0.0 => Some(false),
+            Origin::Infinity(_) => (candidate.hi < 0.0 || accuracy == Accuracy::Fast).then_some(true),
+        };
+        let hit = match (certain, ahead) {
+            (_, Some(false)) => false,
+            (true, Some(true)) => true,
+            _ => covers(&ray(), &setup.triangle, origin.ties(), &mut stats.ambiguous_coverage),
+        };
+        if !hit {
+            return;
+        }
+        if any {
+            self.depth.settle(index, id);
+        } else {
+            let exact: Option<&dyn Fn() -> crate::Ray> = (accuracy == Accuracy::Exact).then_some(&ray as _);
+            self.depth.offer(index, candidate, triangles, exact, &mut stats.ambiguous_order);
         }
     }
 
@@ -253,8 +251,7 @@ impl<'a> Cluster<'a> {
 
 /// The frustum around parallel rays, or `None` where rounding leaves no certain one.
 fn beam(direction: DVec3, starts: &[DVec3]) -> Option<Frustum> {
-    let axis = largest_axis(direction);
-    let [right, up] = [DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]];
+    let [_, right, up] = Plane::of(Origin::Infinity(direction), starts[0]).axes();
     let projection = Projection::new(Origin::Infinity(direction), [starts[0], right, up])?;
     let empty = Interval { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
     let (mut x, mut y, mut t) = (empty, empty, empty);
@@ -269,4 +266,35 @@ fn beam(direction: DVec3, starts: &[DVec3]) -> Option<Frustum> {
         }
     }
     Some(Frustum::new(&projection, x, y, t))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Film, GridFilm, Isa, Options, Path, Pencil, closest_hit};
+
+    /// A tent and a floor, small enough for an interpreter of the compiler's own code.
+    #[test]
+    fn films_agree_with_single_rays() {
+        let positions =
+            [[-1.0, -1.0, 2.0], [1.0, -1.0, 2.0], [0.0, 1.0, 2.0], [0.0, 0.0, 1.0], [3.0, 3.0, 3.0]];
+        let indices = [[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 1, 2], [1, 2, 4]];
+        let triangles = Triangles::new(&positions, &indices).expect("valid triangles");
+        let grid = GridFilm::new(3, 3, DVec3::Z, DVec3::X * 0.25, DVec3::Y * 0.25).expect("a valid film");
+        let samples = positions.map(|p| DVec3::from_array(p.map(f64::from)));
+        for origin in [Origin::Point(DVec3::ZERO), Origin::Infinity(DVec3::Z)] {
+            let films = vec![Film::Grid(grid.clone()), Film::Scattered(samples.to_vec())];
+            let pencil = Pencil::new(origin, films).expect("rays in range");
+            for isa in [Isa::Auto, Isa::Sse2, Isa::Sse42, Isa::Avx2] {
+                let ask =
+                    |path| closest_hit(&triangles, &pencil, &Options { path, isa, ..Options::default() });
+                if isa.level().is_ok() {
+                    let [(films, _), (single, _)] =
+                        [Path::Pencil, Path::General].map(|p| ask(p).expect("in range"));
+                    assert_eq!((films.ids(), films.ts()), (single.ids(), single.ts()));
+                    assert!((0..films.len()).any(|ray| films.get(ray).is_some()));
+                }
+            }
+        }
+    }
 }

@@ -16,7 +16,7 @@ use crate::triangles::Triangle;
 /// A triangle as the rays of a pencil see it.
 #[derive(Debug)]
 pub(crate) struct SpaceSetup {
-    triangle: Triangle,
+    pub(crate) triangle: Triangle,
     at_infinity: bool,
     /// The edge normals.
     edges: [Cross; 3],
