@@ -72,13 +72,17 @@ fn misses(mesh: &Mesh, rays: Rays<'_>, tally: &mut Tally) -> u64 {
     missed
 }
 
+/// How many times as many origins as usual.
+fn times() -> u32 {
+    std::env::var("UMBEL_WATERTIGHT_TIMES").map_or(1, |n| n.parse().expect("a number"))
+}
+
 /// All targets from `pencils` origins as pencils, and from `general` origins as general rays. Origins are inside.
 fn none_escapes(mesh: &Mesh, inside: impl Fn(&mut Random) -> DVec3, [pencils, general]: [u32; 2]) {
     assert!(is_closed(mesh));
     let targets = targets(mesh);
     let (mut random, mut tally) = (Random(7), Tally::default());
-    let times = std::env::var("UMBEL_WATERTIGHT_TIMES").map_or(1, |n| n.parse().expect("a number"));
-    let [pencils, general] = [pencils * times, general * times];
+    let [pencils, general] = [pencils * times(), general * times()];
     for round in 0..pencils + general {
         let eye = match round {
             0 => inside(&mut Random(0)),
@@ -314,5 +318,5 @@ fn inner_points(mesh: &Mesh) -> Vec<DVec3> {
         }
     }
     let inside = points.iter().zip(crossed).filter(|(_, n)| n % 2 == 1);
-    inside.map(|(p, _)| *p).take(3).collect()
+    inside.map(|(p, _)| *p).take(3 * times() as usize).collect()
 }
