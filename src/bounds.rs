@@ -89,6 +89,12 @@ impl Aabb {
         (widen(self.lo), widen(self.hi))
     }
 
+    /// A bound of |x − base| within the box: one rounding, and the bound's own.
+    pub(crate) fn reach(&self, base: DVec3) -> DVec3 {
+        let (lo, hi) = self.corners();
+        (lo - base).abs().max((hi - base).abs()) * (1.0 + 4.0 * U)
+    }
+
     /// Whether the ray may meet the box at some t in \[t_min, t_max\]; `t_max` here may be less than the ray's own.
     ///
     /// Keeps on NaN and overflow: every drop is a strict comparison of rounded-outward bounds.

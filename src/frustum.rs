@@ -231,9 +231,10 @@ impl Frustum {
         Some(least - least.abs() * (2.0 * U))
     }
 
-    /// What the tests of eight boxes compare with, for boxes within |A| ≤ `reach`: the sides' offsets and the start,
-    /// each less the error there.
-    pub(crate) fn limits(&self, reach: DVec3) -> [f64; 6] {
+    /// What the tests of eight boxes compare with, for boxes within `bounds`: the sides' offsets and the start, each less
+    /// the error there.
+    pub(crate) fn limits(&self, bounds: &Aabb) -> [f64; 6] {
+        let reach = bounds.reach(self.base);
         let mut limits = [0.0; 6];
         for (limit, Side { functional, offset }) in limits.iter_mut().zip(&self.sides) {
             // Rounded down once more: an offset minus a slack of at least 5u of it.

@@ -13,7 +13,6 @@ use std::mem::size_of;
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 
-use crate::bounds::U;
 use crate::footprints::{Footprints, Pixels};
 use crate::frustum::{Frustum, Interval, Projection};
 use crate::lanes::{Batch, Boxes, LANES, Points, bits};
@@ -111,7 +110,7 @@ impl<'a> Tile<'a> {
         let [_, right, up] = film.span();
         let span = [film.at(rect.x0, rect.y0), right * film.step(), -up * film.step()];
         let frustum = Frustum::new(projection, x, y, Interval { lo: 0.0, hi: 0.0 });
-        let limits = frustum.limits(reach_of(&query.bounds, projection.base));
+        let limits = frustum.limits(&query.bounds);
         Self { query, rect, work, touched: false, frustum, limits, rays: TileRays { origin, span } }
     }
 
@@ -156,7 +155,7 @@ impl<'a> Tile<'a> {
         stats: &mut Stats,
     ) {
         let FilmQuery { triangles, pixels, projection, .. } = self.query;
-        let reaches = [reach_of(bounds, projection.base), reach_of(bounds, self.rays.base())];
+        let reaches = [bounds.reach(projection.base), bounds.reach(self.rays.base())];
         if !self.work.footprints.hold(run) {
             self.work.run.iter_mut().for_each(Batch::clear);
             for (place, id) in runs.ids(run).enumerate() {
@@ -224,12 +223,6 @@ impl<'a> Tile<'a> {
             self.work.depth.write(simd, j, row, (origin, triangles), ray);
         }
     }
-}
-
-/// A bound of |x − base| within a box.
-fn reach_of(bounds: &Aabb, base: DVec3) -> DVec3 {
-    let (lo, hi) = bounds.corners();
-    (lo - base).abs().max((hi - base).abs()) * (1.0 + 4.0 * U)
 }
 
 /// The greatest depth key of anything that lies no nearer than `t` ≥ 0 on a pencil's rays.

@@ -63,7 +63,8 @@ pub(crate) fn intersect(
             }
             Film::Scattered(samples) => {
                 let origin = pencil.origin();
-                let query = ScatteredQuery { triangles, origin, samples, accuracy, level, any };
+                let bounds = runs.bounds();
+                let query = ScatteredQuery { triangles, origin, samples, accuracy, level, any, bounds };
                 scattered::intersect(query, runs, window)
             }
         });

@@ -20,6 +20,7 @@ use glam::DVec3;
 
 use crate::approx::Approx;
 use crate::bounds::U;
+use crate::frustum::Interval;
 use crate::lanes::{LANES, Lanes, bits};
 use crate::pencil::Origin;
 use crate::triangles::Triangle;
@@ -108,9 +109,9 @@ enum Cover {
     Everything,
 }
 
-/// Places of the rays of a cluster, all in one plane.
+/// Where the rays of a cluster pierce one plane.
 #[derive(Debug)]
-pub(crate) struct Footprint {
+pub(crate) struct Piercings {
     plane: Plane,
     count: usize,
     /// x and y of the rays, in blocks.
@@ -118,12 +119,12 @@ pub(crate) struct Footprint {
     /// [x lo, x hi, y lo, y hi] of the blocks.
     blocks: [[[f64; LANES]; BLOCKS / LANES]; 4],
     /// The same of all rays.
-    pub(crate) whole: [f64; 4],
+    whole: [f64; 4],
     /// How far a ray may lie from its place.
-    pub(crate) slack: f64,
+    slack: f64,
 }
 
-impl Footprint {
+impl Piercings {
     /// The places of at most [`CLUSTER`] rays, of one plane.
     pub(crate) fn new(plane: Plane, samples: &[DVec3]) -> Self {
         let empty = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
@@ -146,6 +147,12 @@ impl Footprint {
             }
         }
         Self { plane, count: samples.len(), places, blocks, whole, slack }
+    }
+
+    /// Intervals that hold x and y of all rays: each place is rounded, and so are these.
+    pub(crate) fn extent(&self) -> [Interval; 2] {
+        let [x_lo, x_hi, y_lo, y_hi] = self.whole;
+        [(x_lo, x_hi), (y_lo, y_hi)].map(|(lo, hi)| Interval { lo: lo - self.slack, hi: hi + self.slack })
     }
 
     /// The rays, as bits, that may meet a triangle.
@@ -252,10 +259,10 @@ mod tests {
             let plane = Plane::of(origin, samples[0]);
             let samples = samples.into_iter().filter(|&s| Plane::of(origin, s).face() == plane.face());
             let samples: Vec<DVec3> = samples.take(100).collect();
-            let footprint = Footprint::new(plane, &samples);
+            let piercings = Piercings::new(plane, &samples);
             for _ in 0..ROUNDS[1] {
                 let triangle = Triangle { a: point(), b: point(), c: point() };
-                let met = footprint.may_meet(level, &triangle);
+                let met = piercings.may_meet(level, &triangle);
                 for (k, &sample) in samples.iter().enumerate() {
                     let ray: Ray = origin.ray(sample);
                     let kept = met[k / 64] >> (k % 64) & 1 == 1;
