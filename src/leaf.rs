@@ -22,7 +22,7 @@ use crate::setup::{Setups, TileRays, set_up};
 use crate::tile_depth::TileDepth;
 use crate::triangles::Triangles;
 use crate::window::{Rect, Window};
-use crate::{Aabb, Accuracy, GridFilm, Stats, TriangleId};
+use crate::{Aabb, Accuracy, GridFilm, Stats};
 
 /// What all tiles of one film share.
 #[derive(Debug, Clone, Copy)]
@@ -63,6 +63,8 @@ impl Workspace {
             footprints: Footprints::new(),
             run: [const { Batch::EMPTY }; RUN / LANES],
             waiting: Waiting {
+                ids: [0; LANES],
+                count: 0,
                 batch: Batch::EMPTY,
                 rects: [Rect { x0: 0, y0: 0, x1: 0, y1: 0 }; LANES],
                 greatest: [0.0; LANES],
@@ -77,6 +79,9 @@ impl Workspace {
 /// Triangles that may meet a tile and wait for more.
 #[derive(Debug)]
 struct Waiting {
+    ids: [u32; LANES],
+    count: usize,
+    /// Their corners, once there are enough.
     batch: Batch,
     /// The rays of the tile that they may meet.
     rects: [Rect; LANES],
@@ -140,7 +145,7 @@ impl<'a> Tile<'a> {
 
     /// Tests the triangles that wait.
     pub(crate) fn finish(&mut self, stats: &mut Stats) {
-        if self.work.waiting.batch.len > 0 {
+        if self.work.waiting.count > 0 {
             dispatch!(self.query.level, simd => self.intersect_waiting(simd, stats));
         }
     }
@@ -157,10 +162,12 @@ impl<'a> Tile<'a> {
         let FilmQuery { triangles, pixels, projection, .. } = self.query;
         let reaches = [bounds.reach(projection.base), bounds.reach(self.rays.base())];
         if !self.work.footprints.hold(run) {
-            self.work.run.iter_mut().for_each(Batch::clear);
-            for (place, id) in runs.ids(run).enumerate() {
-                self.work.run[place / LANES % 2].push(id, triangles.corners(TriangleId(id)));
-            }
+            let (ids, count) = runs.ids(run);
+            let batches = &mut self.work.run;
+            batches.iter_mut().for_each(Batch::clear);
+            triangles.gather(&ids[..count], |place, corners| {
+                batches[place / LANES % 2].push(ids[place % RUN], corners);
+            });
             self.work.footprints.project(simd, pixels, (run, &self.work.run), reaches[0]);
         }
         let irregular = self.work.footprints.irregular(run);
@@ -169,15 +176,15 @@ impl<'a> Tile<'a> {
             if self.work.depth.hides_in_rect(rect, greatest) {
                 continue;
             }
-            let id = runs.id(run, lane);
             let waiting = &mut self.work.waiting;
-            let place = waiting.batch.len % LANES;
-            waiting.batch.push(id, triangles.corners(TriangleId(id)));
+            let place = waiting.count % LANES;
+            waiting.ids[place] = runs.id(run, lane);
+            waiting.count += 1;
             (waiting.rects[place], waiting.greatest[place]) = (rect, greatest);
             waiting.irregular |= (irregular >> lane & 1) << place;
             let [film, tile] = &mut waiting.reaches;
             (*film, *tile) = (film.max(reaches[0]), tile.max(reaches[1]));
-            if waiting.batch.len == LANES {
+            if waiting.count == LANES {
                 self.intersect_waiting(simd, stats);
             }
         }
@@ -187,6 +194,9 @@ impl<'a> Tile<'a> {
     #[inline(always)]
     fn intersect_waiting<S: Simd>(&mut self, simd: S, stats: &mut Stats) {
         let Workspace { waiting, setups, .. } = &mut *self.work;
+        let (ids, batch) = (waiting.ids, &mut waiting.batch);
+        batch.clear();
+        self.query.triangles.gather(&ids[..waiting.count], |k, corners| batch.push(ids[k % LANES], corners));
         let mut lanes = waiting.batch.lanes();
         if waiting.irregular != 0 {
             let base = Points::splat(simd, self.query.projection.base);
@@ -202,8 +212,7 @@ impl<'a> Tile<'a> {
             self.rasterize(simd, (id, lane), rect, greatest, stats);
         }
         let waiting = &mut self.work.waiting;
-        waiting.batch.clear();
-        (waiting.irregular, waiting.reaches) = (0, [DVec3::ZERO; 2]);
+        (waiting.count, waiting.irregular, waiting.reaches) = (0, 0, [DVec3::ZERO; 2]);
     }
 
     /// Writes what the rays have hit.

@@ -164,7 +164,8 @@ impl SubPencil for Cluster<'_> {
     }
 
     fn intersect(&mut self, runs: &Runs, run: usize, _: &Aabb, stats: &mut Stats) {
-        runs.ids(run).for_each(|id| self.intersect(id, stats));
+        let (ids, count) = runs.ids(run);
+        ids[..count].iter().for_each(|&id| self.intersect(id, stats));
     }
 
     fn finish(&mut self, _: &mut Stats) {}

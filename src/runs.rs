@@ -11,7 +11,6 @@
 //! 2011 (given partitions, implicit hierarchies).
 
 use std::mem::size_of;
-use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -99,9 +98,9 @@ impl Runs {
         (node.level == 0).then_some(node.index)
     }
 
-    /// The ids of a run's triangles.
-    pub(crate) fn ids(&self, run: usize) -> impl Iterator<Item = u32> {
-        range(run, self.order.triangles).map(|place| id_at(&self.order.places, place))
+    /// The ids of a run's triangles, and how many there are.
+    pub(crate) fn ids(&self, run: usize) -> ([u32; RUN], usize) {
+        ids_of(run, &self.order.places, self.order.triangles)
     }
 
     /// The id of one of a run's triangles.
@@ -129,9 +128,31 @@ fn gather(bounds: impl Iterator<Item = Aabb>) -> Boxes {
     boxes
 }
 
-/// The places of a run.
-fn range(run: usize, triangles: usize) -> Range<usize> {
-    run * RUN..(run * RUN + RUN).min(triangles)
+/// The ids of a run's triangles, and how many there are.
+fn ids_of(run: usize, order: &[u32], triangles: usize) -> ([u32; RUN], usize) {
+    let (first, end) = (run * RUN, (run * RUN + RUN).min(triangles));
+    let mut ids = [0; RUN];
+    for (id, place) in ids.iter_mut().zip(first..end) {
+        *id = id_at(order, place);
+    }
+    (ids, end - first)
+}
+
+/// The box of a run, and the sum of a measure of the boxes of its triangles.
+fn box_of(
+    run: usize,
+    triangles: &Triangles<'_>,
+    order: &[u32],
+    measure: impl Fn(&Aabb) -> f64,
+) -> (Aabb, f64) {
+    let (ids, count) = ids_of(run, order, triangles.len());
+    let (mut bounds, mut sum) = (Aabb::EMPTY, 0.0);
+    triangles.gather(&ids[..count], |_, corners| {
+        let own = Aabb::of_points(corners);
+        bounds = bounds.union(own);
+        sum += measure(&own);
+    });
+    (bounds, sum)
 }
 
 /// The triangle at a place of the order.
@@ -143,12 +164,8 @@ fn id_at(order: &[u32], place: usize) -> u32 {
 /// Whether the order of the file is a good one: by the areas of some runs, evenly spread.
 fn is_coherent(triangles: &Triangles<'_>) -> bool {
     let runs = triangles.len().div_ceil(RUN);
-    let areas = (0..runs).step_by((runs / SAMPLED).max(1)).map(|run| {
-        range(run, triangles.len()).fold((Aabb::EMPTY, 0.0), |(bounds, area), place| {
-            let own = triangles.bounds(id_at(&[], place));
-            (bounds.union(own), area + area_of(&own))
-        })
-    });
+    let sampled = (0..runs).step_by((runs / SAMPLED).max(1));
+    let areas = sampled.map(|run| box_of(run, triangles, &[], area_of));
     let (of_runs, of_triangles) =
         areas.fold((0.0, 0.0), |sum, (bounds, area)| (sum.0 + area_of(&bounds), sum.1 + area));
     of_runs <= COHERENT_AREA * of_triangles
@@ -157,10 +174,7 @@ fn is_coherent(triangles: &Triangles<'_>) -> bool {
 /// The boxes of all runs.
 fn run_boxes(triangles: &Triangles<'_>, order: &[u32]) -> Vec<Boxes> {
     let count = triangles.len();
-    let of_run = |run: usize| {
-        range(run, count)
-            .fold(Aabb::EMPTY, |bounds, place| bounds.union(triangles.bounds(id_at(order, place))))
-    };
+    let of_run = |run: usize| box_of(run, triangles, order, |_| 0.0).0;
     let runs = count.div_ceil(RUN);
     (0..runs.div_ceil(FANOUT))
         .into_par_iter()

@@ -9,6 +9,9 @@ use crate::{Aabb, Error};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TriangleId(pub u32);
 
+/// Triangles whose vertices are looked up together.
+const GATHERED: usize = 16;
+
 /// Positions or triangles that one task checks at least.
 const CHECKED: usize = 1 << 14;
 
@@ -65,6 +68,20 @@ impl<'a> Triangles<'a> {
     #[must_use]
     pub fn corners(&self, id: TriangleId) -> [[f32; 3]; 3] {
         self.indices[id.0 as usize].map(|v| self.positions[v as usize])
+    }
+
+    /// The corners of some triangles. All vertices are looked up before any position: the cache misses overlap.
+    #[inline(always)]
+    pub(crate) fn gather(&self, ids: &[u32], mut take: impl FnMut(usize, [[f32; 3]; 3])) {
+        for (batch, ids) in ids.chunks(GATHERED).enumerate() {
+            let mut vertices = [[0; 3]; GATHERED];
+            for (vertices, &id) in vertices.iter_mut().zip(ids) {
+                *vertices = self.indices[id as usize];
+            }
+            for (k, vertices) in vertices[..ids.len()].iter().enumerate() {
+                take(batch * GATHERED + k, vertices.map(|v| self.positions[v as usize]));
+            }
+        }
     }
 
     /// The corners of a triangle in f64, which is exact.
