@@ -5,6 +5,9 @@
 //! 2. What is left waits until there are eight triangles.
 //! 3. Set them up, see [`crate::setup`], and evaluate them, see [`crate::blocks`].
 //!
+//! Tried and dropped: putting off triangles seen from behind to the end of a tile, when most are hidden. 13 % fewer set-ups
+//! on koala, 7 % on chess, none on sponza; no time gained, as runs are met from near to far anyway.
+//!
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
 //! 2011 ("DirectlyIntersect").
 
