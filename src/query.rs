@@ -1,5 +1,7 @@
 //! The verbs of the engine: closest hit and any hit of rays, and any hit of segments.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use fearless_simd::Level;
 
 use crate::general::{self, Probes};
@@ -47,10 +49,10 @@ pub fn blocked(
     segments: &[Segment],
     options: &Options,
 ) -> Result<(Vec<bool>, Stats), Error> {
-    check_host(segments.len(), options)?;
+    check_call(segments.len(), options)?;
     segments.iter().try_for_each(Segment::check)?;
     let mut hits = Hits::missed(segments.len());
-    let stats = general::intersect(triangles, Probes::Segments(segments), true, &mut hits);
+    let stats = in_pool(|| general::intersect(triangles, Probes::Segments(segments), true, &mut hits))?;
     Ok((hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats))
 }
 
@@ -62,11 +64,11 @@ pub(crate) fn run(
     any: bool,
     (hits, order): (&mut Hits, &mut Option<Order>),
 ) -> Result<Stats, Error> {
-    let level = check_host(rays.len(), options)?;
+    let level = check_call(rays.len(), options)?;
     if let Rays::General(rays) = rays {
         rays.iter().try_for_each(Ray::check)?;
     }
-    Ok(match (rays, options.path) {
+    in_pool(|| match (rays, options.path) {
         (Rays::Pencil(pencil), Path::Pencil) => {
             hits.make_room(rays.len());
             let runs = Runs::new(triangles, order.take());
@@ -81,19 +83,28 @@ pub(crate) fn run(
     })
 }
 
-/// Checks what the rays do not depend on: their number, the instruction set, and subnormal numbers.
-fn check_host(rays: usize, options: &Options) -> Result<Level, Error> {
-    if flushes_to_zero() {
-        return Err(Error::FlushToZero);
-    }
+/// Checks what the rays do not depend on: their number, and the instruction set.
+fn check_call(rays: usize, options: &Options) -> Result<Level, Error> {
     if u32::try_from(rays).is_err() {
         return Err(Error::TooManyRays { rays: rays as u64 });
     }
     options.isa.level()
 }
 
-/// Whether this thread or the pool's threads were told to treat subnormal numbers as zero.
+/// Does all work on threads of the pool, so that its parallel parts need not wait for a thread outside, and has each thread
+/// check meanwhile that subnormal numbers are what they are.
+fn in_pool<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Error> {
+    let flushed = AtomicBool::new(flushes_to_zero());
+    let result = rayon::scope(|scope| {
+        scope.spawn_broadcast(|_, _| {
+            flushed.fetch_or(flushes_to_zero(), Ordering::Relaxed);
+        });
+        work()
+    });
+    if flushed.into_inner() { Err(Error::FlushToZero) } else { Ok(result) }
+}
+
+/// Whether this thread was told to treat subnormal numbers as zero.
 fn flushes_to_zero() -> bool {
-    let flushes = || std::hint::black_box(f64::MIN_POSITIVE) * std::hint::black_box(0.5) == 0.0;
-    flushes() || rayon::broadcast(|_| flushes()).into_iter().any(|flushes| flushes)
+    std::hint::black_box(f64::MIN_POSITIVE) * std::hint::black_box(0.5) == 0.0
 }
