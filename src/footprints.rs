@@ -16,11 +16,12 @@ use std::mem::size_of;
 use fearless_simd::{i16x16, i32x8, prelude::*};
 use glam::DVec3;
 
-use crate::GridFilm;
 use crate::frustum::{Functional, Projection};
-use crate::lanes::{Batch, LANES, LaneMask, Lanes, Narrow, NarrowMask, Points, narrow};
+use crate::gather::corners;
+use crate::lanes::{LANES, LaneMask, Lanes, Narrow, NarrowMask, Points, narrow, widen};
 use crate::runs::RUN;
 use crate::window::Rect;
+use crate::{GridFilm, Triangles};
 
 /// Runs whose footprints a thread keeps: 52 KiB.
 const KEPT: usize = 256;
@@ -88,19 +89,23 @@ impl Footprints {
         self.runs[run % KEPT].run == run
     }
 
-    /// Projects the triangles of a run, given eight by eight; `reach` bounds |a − base| of their corners.
+    /// Projects the triangles of a run, given their ids and how many there are; `reach` bounds |a − base| of their corners.
     #[inline(always)]
     pub(crate) fn project<S: Simd>(
         &mut self,
         simd: S,
         pixels: &Pixels,
-        (run, batches): (usize, &[Batch; RUN / LANES]),
+        triangles: &Triangles<'_>,
+        (run, (ids, count)): (usize, ([u32; RUN], usize)),
         reach: DVec3,
     ) {
         let entry = &mut self.runs[run % KEPT];
         let [low, high] = entry.greatest.as_chunks_mut::<LANES>().0 else { return };
-        let (one, one_irregular) = pixels.around(simd, &batches[0], reach, low);
-        let (other, other_irregular) = pixels.around(simd, &batches[1], reach, high);
+        let ([one, other], _) = ids.as_chunks() else { return };
+        let lanes = (1 << count) - 1;
+        let corners = [corners(simd, triangles, one), corners(simd, triangles, other)];
+        let (one, one_irregular) = pixels.around(simd, (&corners[0], lanes & 0xFF), reach, low);
+        let (other, other_irregular) = pixels.around(simd, (&corners[1], lanes >> LANES), reach, high);
         for (sides, (one, other)) in entry.sides.iter_mut().zip(one.into_iter().zip(other)) {
             let both: i16x16<S> = one.narrow(other);
             both.store_slice(sides);
@@ -181,7 +186,7 @@ impl Pixels {
     fn around<S: Simd>(
         &self,
         simd: S,
-        batch: &Batch,
+        (corners, lanes): (&[Points<S>; 3], u64),
         reach: DVec3,
         greatest_keys: &mut [f32; LANES],
     ) -> ([i32x8<S>; 4], u64) {
@@ -191,7 +196,8 @@ impl Pixels {
         let infinite = zero + f64::INFINITY;
         let (mut lo, mut hi, mut greatest) = ([infinite; 2], [-infinite; 2], -infinite);
         let mut regular = LaneMask::simd_from(simd, true);
-        for corner in batch.points(simd) {
+        let mut seen = [[zero; 2]; 3];
+        for (corner, seen) in corners.iter().zip(&mut seen) {
             let corner = corner.minus(base);
             let t = corner.dot(self.t.g);
             regular &= t.simd_gt(zero + least_t);
@@ -205,12 +211,13 @@ impl Pixels {
                 greatest = greatest.max(zero + error_t - t);
             }
             (lo, hi) = ([lo[0].min(x), lo[1].min(y)], [hi[0].max(x), hi[1].max(y)]);
+            *seen = [x, y];
         }
         let greatest = greatest + (greatest.abs() * KEY_SLACK + f64::from(f32::MIN_POSITIVE));
         narrow(regular.select(greatest, infinite)).store_slice(greatest_keys);
 
         // Irregular lanes get all rays; NaN is among them.
-        let mut kept = batch.lanes();
+        let mut kept = lanes;
         let mut sides = [Narrow::simd_from(simd, 0.0); 4];
         for axis in 0..2 {
             let (first, last) = (zero - 4.0, zero + (self.last[axis] + 4.0));
@@ -220,6 +227,13 @@ impl Pixels {
             let to = to.floor().min(self.last[axis] as f32);
             kept &= from.simd_le(to).to_bitmask();
             (sides[axis], sides[axis + 2]) = (from, to);
+        }
+        // Triangles around one ray alone: half of them miss it. Columns and rows err by less than the slack, and differ from
+        // the ray's by less than two, so edge functions err by less than eight times the slack.
+        let [x0, y0, x1, y1] = sides;
+        let single = (x0.simd_eq(x1) & y0.simd_eq(y1)).to_bitmask() & regular.to_bitmask();
+        if single & kept != 0 {
+            kept &= !(single & misses(seen, [widen(x0), widen(y0)], 8.0 * f64::from(self.slack)));
         }
         // What is not kept ends before any tile.
         let nowhere = Narrow::simd_from(simd, -1.0);
@@ -246,4 +260,15 @@ impl Pixels {
             [if coarsest * scale < 1.0 { f64::NEG_INFINITY } else { f64::INFINITY }, t]
         }
     }
+}
+
+/// The triangles, as bits, that a point lies outside of: some edge function is negative and some positive, by more than
+/// their error.
+#[inline(always)]
+fn misses<S: Simd>(corners: [[Lanes<S>; 2]; 3], [x, y]: [Lanes<S>; 2], error: f64) -> u64 {
+    let [a, b, c] = corners;
+    let (ax, ay, bx, by, cx, cy) = (a[0] - x, a[1] - y, b[0] - x, b[1] - y, c[0] - x, c[1] - y);
+    let (ab, bc, ca) = (ax * by - ay * bx, bx * cy - by * cx, cx * ay - cy * ax);
+    let (least, greatest) = (ab.min(bc).min(ca), ab.max(bc).max(ca));
+    least.simd_lt(-error).to_bitmask() & greatest.simd_gt(error).to_bitmask()
 }

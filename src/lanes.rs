@@ -53,7 +53,12 @@ impl<S: Simd> Points<S> {
     /// Eight points given as f32 coordinates.
     #[inline(always)]
     pub(crate) fn widen(simd: S, p: &[[f32; LANES]; 3]) -> Self {
-        Self { x: widen(simd, &p[0]), y: widen(simd, &p[1]), z: widen(simd, &p[2]) }
+        let [x, y, z] = p;
+        Self {
+            x: widen(Narrow::load_array_ref(simd, x)),
+            y: widen(Narrow::load_array_ref(simd, y)),
+            z: widen(Narrow::load_array_ref(simd, z)),
+        }
     }
 
     #[inline(always)]
@@ -81,8 +86,8 @@ impl<S: Simd> Points<S> {
 
 /// Eight f32 as f64, exactly.
 #[inline(always)]
-fn widen<S: Simd>(simd: S, x: &[f32; LANES]) -> Lanes<S> {
-    let (low, high) = f32x8::load_array_ref(simd, x).widen();
+pub(crate) fn widen<S: Simd>(x: Narrow<S>) -> Lanes<S> {
+    let (low, high) = x.widen();
     low.combine(high)
 }
 
@@ -115,49 +120,6 @@ impl Boxes {
     pub(crate) fn corners<S: Simd>(&self, simd: S, base: DVec3) -> [Points<S>; 2] {
         let base = Points::splat(simd, base);
         [Points::widen(simd, &self.lo).minus(base), Points::widen(simd, &self.hi).minus(base)]
-    }
-}
-
-/// Eight triangles, coordinate by coordinate.
-#[derive(Debug, Clone)]
-pub(crate) struct Batch {
-    pub(crate) ids: [u32; LANES],
-    /// Corner, coordinate, lane.
-    pub(crate) corners: [[[f32; LANES]; 3]; 3],
-    pub(crate) len: usize,
-}
-
-impl Batch {
-    pub(crate) const EMPTY: Self = Self { ids: [0; LANES], corners: [[[0.0; LANES]; 3]; 3], len: 0 };
-
-    /// Adds a triangle; there must be room.
-    #[inline(always)]
-    pub(crate) fn push(&mut self, id: u32, corners: [[f32; 3]; 3]) {
-        let lane = self.len % LANES;
-        for (lanes, corner) in self.corners.iter_mut().zip(corners) {
-            for (lanes, x) in lanes.iter_mut().zip(corner) {
-                lanes[lane] = x;
-            }
-        }
-        self.ids[lane] = id;
-        self.len += 1;
-    }
-
-    /// The corners a, b and c.
-    #[inline(always)]
-    pub(crate) fn points<S: Simd>(&self, simd: S) -> [Points<S>; 3] {
-        let [a, b, c] = &self.corners;
-        [Points::widen(simd, a), Points::widen(simd, b), Points::widen(simd, c)]
-    }
-
-    /// Forgets the triangles.
-    pub(crate) fn clear(&mut self) {
-        self.len = 0;
-    }
-
-    /// The lanes that hold a triangle, as bits.
-    pub(crate) fn lanes(&self) -> u64 {
-        (1 << self.len) - 1
     }
 }
 

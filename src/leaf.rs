@@ -18,10 +18,11 @@ use glam::DVec3;
 
 use crate::footprints::{Footprints, Pixels};
 use crate::frustum::{Frustum, Interval, Projection};
-use crate::lanes::{Batch, Boxes, LANES, Points, bits};
+use crate::gather;
+use crate::lanes::{Boxes, LANES, Points, bits};
 use crate::pencil::Origin;
-use crate::runs::{RUN, Runs};
-use crate::setup::{Setups, TileRays, set_up};
+use crate::runs::Runs;
+use crate::setup::{Setups, TileRays, exact_side, set_up};
 use crate::tile_depth::TileDepth;
 use crate::triangles::Triangles;
 use crate::window::{Rect, Window};
@@ -48,8 +49,6 @@ pub(crate) struct FilmQuery<'a> {
 pub(crate) struct Workspace {
     pub(crate) depth: TileDepth,
     footprints: Footprints,
-    /// The triangles of a run.
-    run: [Batch; RUN / LANES],
     /// Triangles that wait.
     waiting: Waiting,
     pub(crate) setups: Setups,
@@ -64,11 +63,9 @@ impl Workspace {
         Box::new(Self {
             depth: TileDepth::new(),
             footprints: Footprints::new(),
-            run: [const { Batch::EMPTY }; RUN / LANES],
             waiting: Waiting {
                 ids: [0; LANES],
                 count: 0,
-                batch: Batch::EMPTY,
                 rects: [Rect { x0: 0, y0: 0, x1: 0, y1: 0 }; LANES],
                 greatest: [0.0; LANES],
                 irregular: 0,
@@ -84,8 +81,6 @@ impl Workspace {
 struct Waiting {
     ids: [u32; LANES],
     count: usize,
-    /// Their corners, once there are enough.
-    batch: Batch,
     /// The rays of the tile that they may meet.
     rects: [Rect; LANES],
     /// Upper bounds of their keys.
@@ -165,13 +160,8 @@ impl<'a> Tile<'a> {
         let FilmQuery { triangles, pixels, projection, .. } = self.query;
         let reaches = [bounds.reach(projection.base), bounds.reach(self.rays.base())];
         if !self.work.footprints.hold(run) {
-            let (ids, count) = runs.ids(run);
-            let batches = &mut self.work.run;
-            batches.iter_mut().for_each(Batch::clear);
-            triangles.gather(&ids[..count], |place, corners| {
-                batches[place / LANES % 2].push(ids[place % RUN], corners);
-            });
-            self.work.footprints.project(simd, pixels, (run, &self.work.run), reaches[0]);
+            let run = (run, runs.ids(run));
+            self.work.footprints.project(simd, pixels, triangles, run, reaches[0]);
         }
         let irregular = self.work.footprints.irregular(run);
         for lane in bits(self.work.footprints.meeting(simd, pixels, run, self.rect)) {
@@ -197,21 +187,23 @@ impl<'a> Tile<'a> {
     #[inline(always)]
     fn intersect_waiting<S: Simd>(&mut self, simd: S, stats: &mut Stats) {
         let Workspace { waiting, setups, .. } = &mut *self.work;
-        let (ids, batch) = (waiting.ids, &mut waiting.batch);
-        batch.clear();
-        self.query.triangles.gather(&ids[..waiting.count], |k, corners| batch.push(ids[k % LANES], corners));
-        let mut lanes = waiting.batch.lanes();
+        // Lanes beyond the last triangle hold old ones, whose results nobody asks for.
+        let ids = waiting.ids;
+        let corners = gather::corners(simd, self.query.triangles, &ids);
+        let mut lanes = (1 << waiting.count) - 1;
         if waiting.irregular != 0 {
             let base = Points::splat(simd, self.query.projection.base);
-            let [a, b, c] = waiting.batch.points(simd);
-            let corners = [a.minus(base), b.minus(base), c.minus(base)];
-            lanes &= !(waiting.irregular & self.frustum.excluded(simd, &corners, waiting.reaches[0]));
+            let [a, b, c] = corners;
+            let relative = [a.minus(base), b.minus(base), c.minus(base)];
+            lanes &= !(waiting.irregular & self.frustum.excluded(simd, &relative, waiting.reaches[0]));
         }
         stats.triangles_set_up += u64::from(lanes.count_ones());
-        set_up(simd, &self.rays, &waiting.batch, lanes, waiting.reaches[1], setups);
+        let FilmQuery { triangles, origin, .. } = self.query;
+        let exact = |lane: usize| exact_side(origin, &triangles.triangle(ids[lane % LANES]));
+        set_up(simd, &self.rays, (corners, lanes), waiting.reaches[1], exact, setups);
         for lane in bits(setups.lanes) {
-            let Waiting { batch, rects, greatest, .. } = &self.work.waiting;
-            let (id, rect, greatest) = (batch.ids[lane], rects[lane], greatest[lane]);
+            let Waiting { rects, greatest, .. } = &self.work.waiting;
+            let (id, rect, greatest) = (ids[lane], rects[lane], greatest[lane]);
             self.rasterize(simd, (id, lane), rect, greatest, stats);
         }
         let waiting = &mut self.work.waiting;

@@ -22,6 +22,7 @@ mod film;
 mod footprints;
 mod frame;
 mod frustum;
+mod gather;
 mod general;
 mod hits;
 mod isa;

@@ -128,31 +128,20 @@ fn gather(bounds: impl Iterator<Item = Aabb>) -> Boxes {
     boxes
 }
 
-/// The ids of a run's triangles, and how many there are.
+/// The ids of a run's triangles, padded with the first one's, and how many there are.
+#[inline(always)]
 fn ids_of(run: usize, order: &[u32], triangles: usize) -> ([u32; RUN], usize) {
-    let (first, end) = (run * RUN, (run * RUN + RUN).min(triangles));
-    let mut ids = [0; RUN];
-    for (id, place) in ids.iter_mut().zip(first..end) {
-        *id = id_at(order, place);
+    let first = run * RUN;
+    let count = RUN.min(triangles - first);
+    // In range: there are fewer than 2³² triangles.
+    let mut ids = [first as u32; RUN];
+    if order.is_empty() {
+        (0..).zip(&mut ids[..count]).for_each(|(place, id)| *id += place);
+    } else {
+        ids.fill(order[first]);
+        ids[..count].copy_from_slice(&order[first..first + count]);
     }
-    (ids, end - first)
-}
-
-/// The box of a run, and the sum of a measure of the boxes of its triangles.
-fn box_of(
-    run: usize,
-    triangles: &Triangles<'_>,
-    order: &[u32],
-    measure: impl Fn(&Aabb) -> f64,
-) -> (Aabb, f64) {
-    let (ids, count) = ids_of(run, order, triangles.len());
-    let (mut bounds, mut sum) = (Aabb::EMPTY, 0.0);
-    triangles.gather(&ids[..count], |_, corners| {
-        let own = Aabb::of_points(corners);
-        bounds = bounds.union(own);
-        sum += measure(&own);
-    });
-    (bounds, sum)
+    (ids, count)
 }
 
 /// The triangle at a place of the order.
@@ -165,7 +154,10 @@ fn id_at(order: &[u32], place: usize) -> u32 {
 fn is_coherent(triangles: &Triangles<'_>) -> bool {
     let runs = triangles.len().div_ceil(RUN);
     let sampled = (0..runs).step_by((runs / SAMPLED).max(1));
-    let areas = sampled.map(|run| box_of(run, triangles, &[], area_of));
+    let areas = sampled.map(|run| {
+        let (ids, count) = ids_of(run, &[], triangles.len());
+        triangles.box_of(&ids, count, area_of)
+    });
     let (of_runs, of_triangles) =
         areas.fold((0.0, 0.0), |sum, (bounds, area)| (sum.0 + area_of(&bounds), sum.1 + area));
     of_runs <= COHERENT_AREA * of_triangles
@@ -174,7 +166,10 @@ fn is_coherent(triangles: &Triangles<'_>) -> bool {
 /// The boxes of all runs.
 fn run_boxes(triangles: &Triangles<'_>, order: &[u32]) -> Vec<Boxes> {
     let count = triangles.len();
-    let of_run = |run: usize| box_of(run, triangles, order, |_| 0.0).0;
+    let of_run = |run: usize| {
+        let (ids, count) = ids_of(run, order, triangles.len());
+        triangles.box_of(&ids, count, |_| 0.0).0
+    };
     let runs = count.div_ceil(RUN);
     (0..runs.div_ceil(FANOUT))
         .into_par_iter()

@@ -25,7 +25,7 @@ use glam::DVec3;
 
 use crate::approx::{Sign, TRIPLE_PRODUCT_ERROR};
 use crate::bounds::U;
-use crate::lanes::{Batch, LANES, LaneMask, Lanes, Points, bits, narrow};
+use crate::lanes::{LANES, LaneMask, Lanes, Points, bits, narrow};
 use crate::pencil::Origin;
 use crate::predicates::{facing, orientation};
 use crate::tile_depth::TILE_SIDE;
@@ -145,19 +145,20 @@ impl<S: Simd> Affine<S> {
     }
 }
 
-/// Sets up those of eight triangles whose lanes are asked for. `reach` bounds |a − base| of all corners.
+/// Sets up those of eight triangles whose lanes are asked for. `reach` bounds |a − base| of all corners; `exact_side` gives
+/// the sign of A·N or D·N where f64 leaves doubt.
 #[inline(always)]
 pub(crate) fn set_up<S: Simd>(
     simd: S,
     rays: &TileRays,
-    batch: &Batch,
-    lanes: u64,
+    (corners, lanes): ([Points<S>; 3], u64),
     reach: DVec3,
+    exact_side: impl Fn(usize) -> Sign,
     setups: &mut Setups,
 ) {
     let [edge_error, numerator_error, denominator_error] = rays.errors(reach);
     let base = Points::splat(simd, rays.base());
-    let [a, b, c] = batch.points(simd);
+    let [a, b, c] = corners;
     let sides = [b.minus(a), c.minus(b), a.minus(c)];
     let relative = [a.minus(base), b.minus(base), c.minus(base)];
     let zero = Lanes::simd_from(simd, 0.0);
@@ -172,7 +173,7 @@ pub(crate) fn set_up<S: Simd>(
     let product = longest[0] * longest[2];
     let denominator_error = product * denominator_error;
     let negative;
-    (negative, setups.lanes) = signs(rays.origin, batch, lanes, denominator, denominator_error);
+    (negative, setups.lanes) = signs(exact_side, lanes, denominator, denominator_error);
     let negative = LaneMask::from_bitmask(simd, negative);
 
     for edge in 0..3 {
@@ -263,26 +264,27 @@ fn longest<S: Simd>(side: Points<S>) -> Lanes<S> {
 
 /// The lanes with a negative side, and those with a side at all: exactly, where the bound leaves doubt.
 #[inline(always)]
-fn signs<S: Simd>(origin: Origin, batch: &Batch, lanes: u64, side: Lanes<S>, error: Lanes<S>) -> (u64, u64) {
+fn signs<S: Simd>(
+    exact_side: impl Fn(usize) -> Sign,
+    lanes: u64,
+    side: Lanes<S>,
+    error: Lanes<S>,
+) -> (u64, u64) {
     let positive = side.simd_gt(error).to_bitmask() & lanes;
     let negative = (-side).simd_gt(error).to_bitmask() & lanes;
     let doubtful = lanes & !positive & !negative;
-    bits(doubtful).fold((negative, positive | negative), |(negative, any), lane| {
-        match exact_side(origin, batch, lane) {
-            Sign::Negative => (negative | 1 << lane, any | 1 << lane),
-            Sign::Zero => (negative, any),
-            Sign::Positive => (negative, any | 1 << lane),
-        }
+    bits(doubtful).fold((negative, positive | negative), |(negative, any), lane| match exact_side(lane) {
+        Sign::Negative => (negative | 1 << lane, any | 1 << lane),
+        Sign::Zero => (negative, any),
+        Sign::Positive => (negative, any | 1 << lane),
     })
 }
 
-/// The sign of A·N or D·N.
+/// The sign of A·N or D·N, exactly.
 #[cold]
-fn exact_side(origin: Origin, batch: &Batch, lane: usize) -> Sign {
-    let [a, b, c] =
-        batch.corners.each_ref().map(|corner| DVec3::from_array(corner.map(|x| f64::from(x[lane]))));
+pub(crate) fn exact_side(origin: Origin, triangle: &Triangle) -> Sign {
     match origin {
-        Origin::Point(o) => orientation(a, b, c, o),
-        Origin::Infinity(_) => facing(&origin.ray(DVec3::ZERO), &Triangle { a, b, c }),
+        Origin::Point(o) => orientation(triangle.a, triangle.b, triangle.c, o),
+        Origin::Infinity(_) => facing(&origin.ray(DVec3::ZERO), triangle),
     }
 }

@@ -9,9 +9,6 @@ use crate::{Aabb, Error};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TriangleId(pub u32);
 
-/// Triangles whose vertices are looked up together.
-const GATHERED: usize = 16;
-
 /// Positions or triangles that one task checks at least.
 const CHECKED: usize = 1 << 14;
 
@@ -70,18 +67,42 @@ impl<'a> Triangles<'a> {
         self.indices[id.0 as usize].map(|v| self.positions[v as usize])
     }
 
-    /// The corners of some triangles. All vertices are looked up before any position: the cache misses overlap.
+    /// The vertices of a triangle.
     #[inline(always)]
-    pub(crate) fn gather(&self, ids: &[u32], mut take: impl FnMut(usize, [[f32; 3]; 3])) {
-        for (batch, ids) in ids.chunks(GATHERED).enumerate() {
-            let mut vertices = [[0; 3]; GATHERED];
-            for (vertices, &id) in vertices.iter_mut().zip(ids) {
-                *vertices = self.indices[id as usize];
-            }
-            for (k, vertices) in vertices[..ids.len()].iter().enumerate() {
-                take(batch * GATHERED + k, vertices.map(|v| self.positions[v as usize]));
-            }
+    pub(crate) fn vertices(&self, id: u32) -> [u32; 3] {
+        self.indices[id as usize]
+    }
+
+    /// A position, and whatever follows it.
+    #[inline(always)]
+    pub(crate) fn four_from(&self, vertex: u32) -> [f32; 4] {
+        let (flat, first) = (self.positions.as_flattened(), vertex as usize * 3);
+        match flat.get(first..first + 4) {
+            Some(four) => [four[0], four[1], four[2], four[3]],
+            None => [flat[first], flat[first + 1], flat[first + 2], 0.0],
         }
+    }
+
+    /// The box of some triangles, and the sum of a measure of their own boxes. All vertices are looked up before any
+    /// position: the cache misses overlap.
+    #[inline(always)]
+    pub(crate) fn box_of<const N: usize>(
+        &self,
+        ids: &[u32; N],
+        count: usize,
+        measure: impl Fn(&Aabb) -> f64,
+    ) -> (Aabb, f64) {
+        let mut vertices = [[0; 3]; N];
+        for (vertices, &id) in vertices.iter_mut().zip(ids) {
+            *vertices = self.vertices(id);
+        }
+        let (mut bounds, mut sum) = (Aabb::EMPTY, 0.0);
+        for vertices in &vertices[..count] {
+            let own = Aabb::of_points(vertices.map(|v| self.positions[v as usize]));
+            bounds = bounds.union(own);
+            sum += measure(&own);
+        }
+        (bounds, sum)
     }
 
     /// The corners of a triangle in f64, which is exact.
