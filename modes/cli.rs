@@ -139,7 +139,7 @@ pub(crate) struct RenderArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
-    /// id, depth, distance, normal, position, bary or object: NAME=FILE.npy, or NAME alone to add it to the EXR
+    /// id, depth, distance, normal, position, bary, object or work (a heat map): NAME=FILE.npy, or NAME alone to add it to the EXR
     #[arg(long = "aov", value_name = "NAME[=FILE.npy]", value_parser = parse_aov)]
     pub(crate) aovs: Vec<(Aov, Option<PathBuf>)>,
 
@@ -333,8 +333,11 @@ fn parse_aov(text: &str) -> Result<(Aov, Option<PathBuf>), String> {
         "position" => Aov::Position,
         "bary" => Aov::Bary,
         "object" => Aov::Object,
+        "work" => Aov::Work,
         _ => {
-            return Err(format!("{name} is none of id, depth, distance, normal, position, bary, object"));
+            return Err(format!(
+                "{name} is none of id, depth, distance, normal, position, bary, object, work"
+            ));
         }
     };
     match file {

@@ -45,8 +45,7 @@ pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
         stats = timed(&mut milliseconds, || frame.closest_hit(&triangles, &shot.pencil, &options))?;
         times.engine.push(milliseconds);
     }
-    let pixels = camera.width as usize * camera.rows() as usize;
-    let buffer = VisibilityBuffer { shot, hits: frame.into_hits(), pixels };
+    let buffer = VisibilityBuffer::new(&camera, shot, frame);
 
     // What was asked for, and nothing else.
     let mut hash = blake3::Hasher::new();

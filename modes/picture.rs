@@ -96,6 +96,7 @@ fn exr_channels(aov: Aov, data: AovData) -> Vec<Channel> {
         Aov::Distance => &["distance"],
         Aov::Normal => &["N.X", "N.Y", "N.Z"],
         Aov::Position => &["P.X", "P.Y", "P.Z"],
+        Aov::Work => &["work"],
         Aov::Bary => &["bary.u", "bary.v"],
     };
     split(names, data)

@@ -7,7 +7,7 @@
 //! 2013.
 
 use rayon::prelude::*;
-use umbel_core::{Hit, Hits, NO_TRIANGLE, Options, Ray, Stats, Triangles, closest_hit};
+use umbel_core::{Frame, Hit, Hits, NO_TRIANGLE, Options, Ray, Stats, TileStats, Triangles, closest_hit};
 
 use crate::camera::{Camera, Lens, Shot};
 use crate::shade::{Shader, background};
@@ -20,6 +20,8 @@ pub struct VisibilityBuffer {
     pub shot: Shot,
     /// What each ray hits.
     pub hits: Hits,
+    /// What each tile has cost.
+    pub tiles: Vec<TileStats>,
     /// Pixels of the picture.
     pub pixels: usize,
 }
@@ -41,6 +43,9 @@ pub enum Aov {
     Bary,
     /// The index of the object in file order; 0xFFFFFFFF for a miss.
     Object,
+    /// Pairs of a ray and a triangle that were evaluated, per ray of the pixel's tile of 64x64 rays; NaN on the general
+    /// path.
+    Work,
 }
 
 /// The values of an [`Aov`], pixel by pixel.
@@ -63,9 +68,9 @@ pub fn visibility(
 ) -> Result<(VisibilityBuffer, Stats), Error> {
     let shot = camera.shot()?;
     let triangles = scene.geometry()?;
-    let (hits, stats) = closest_hit(&triangles, &shot.pencil, options)?;
-    let pixels = camera.width as usize * camera.rows() as usize;
-    Ok((VisibilityBuffer { shot, hits, pixels }, stats))
+    let mut frame = Frame::new();
+    let stats = frame.closest_hit(&triangles, &shot.pencil, options)?;
+    Ok((VisibilityBuffer::new(camera, shot, frame), stats))
 }
 
 /// The linear preview, (r, g, b) per pixel: the mean of `samples` passes over sub-pixel positions.
@@ -91,7 +96,8 @@ pub fn preview(
     for pass in 0..samples {
         let shot = camera.subpixel_shot(pass, samples)?;
         let (hits, _) = closest_hit(&triangles, &shot.pencil, options)?;
-        let pixels = VisibilityBuffer { shot, hits, pixels: buffer.pixels }.shade(&shader, camera);
+        let seen = VisibilityBuffer { shot, hits, tiles: Vec::new(), pixels: buffer.pixels };
+        let pixels = seen.shade(&shader, camera);
         sum.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
         progress(pass + 1);
     }
@@ -101,6 +107,14 @@ pub fn preview(
 }
 
 impl VisibilityBuffer {
+    /// What a frame holds of a camera's shot.
+    #[must_use]
+    pub fn new(camera: &Camera, shot: Shot, frame: Frame) -> Self {
+        let pixels = camera.width as usize * camera.rows() as usize;
+        let tiles = frame.tiles().to_vec();
+        Self { shot, hits: frame.into_hits(), tiles, pixels }
+    }
+
     /// The ids of all pixels.
     #[must_use]
     pub fn ids(&self) -> Vec<u32> {
@@ -130,11 +144,31 @@ impl VisibilityBuffer {
                 self.derived([f32::NAN; 3], |_, hit| triangles.normal(hit.id).to_array().map(|x| x as f32))
             }
             Aov::Position => self.derived([f32::NAN; 3], |ray, hit| position(&triangles, ray, hit)),
+            Aov::Work => AovData::F32(1, self.work()),
             Aov::Bary => self.derived([f32::NAN; 2], |ray, hit| {
                 let [_, b, c] = triangles.barycentrics(hit.id, ray);
                 [b as f32, c as f32]
             }),
         })
+    }
+
+    /// The work of each pixel.
+    fn work(&self) -> Vec<f32> {
+        let mut work = vec![f32::NAN; self.hits.len()];
+        let mut rest = &mut work[..];
+        for tiles in self.tiles.chunk_by(|one, other| one.film == other.film) {
+            let end = |side: fn(&TileStats) -> u32| tiles.iter().map(side).max().unwrap_or(0) as usize;
+            let (width, rows) = (end(|tile| tile.columns[1]), end(|tile| tile.rows[1]));
+            let film;
+            (film, rest) = rest.split_at_mut(width * rows);
+            for tile in tiles {
+                let ([x0, x1], value) = (tile.columns.map(|x| x as usize), tile.samples_per_ray() as f32);
+                for y in tile.rows[0] as usize..tile.rows[1] as usize {
+                    film[y * width + x0..y * width + x1].fill(value);
+                }
+            }
+        }
+        self.spread(&work, &[f32::NAN])
     }
 
     /// The object of each pixel.

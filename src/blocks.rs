@@ -155,6 +155,7 @@ impl Tile<'_> {
         let lowest = Narrow::simd_from(simd, lowest[lane % LANES]);
         let highest = Narrow::simd_from(simd, highest[lane % LANES]);
         let slope = Columns::new(simd, columns, &setups.slope, lane);
+        stats.blocks += 1;
         stats.samples_tested += u64::from(rows.end - rows.start) * LANES as u64;
         let mut hit = false;
         for j in rows {
@@ -216,6 +217,7 @@ impl Tile<'_> {
         if i >= self.rect.width() || j >= self.rect.height() {
             return false;
         }
+        stats.doubtful_samples += 1;
         let ray = || -> Ray { origin.ray(film.at(self.rect.x0 + i, self.rect.y0 + j)) };
         let exact = accuracy == Accuracy::Exact;
         if exact {

@@ -8,7 +8,7 @@
 //! 2011 (a permutation is all that remains).
 
 use crate::runs::Order;
-use crate::{Error, Hits, Options, Rays, Stats, Triangles, query};
+use crate::{Error, Hits, Options, Rays, Stats, TileStats, Triangles, query};
 
 /// Hits, and what the next query may use again.
 ///
@@ -28,8 +28,9 @@ use crate::{Error, Hits, Options, Rays, Stats, Triangles, query};
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct Frame {
-    hits: Hits,
-    order: Option<Order>,
+    pub(crate) hits: Hits,
+    pub(crate) order: Option<Order>,
+    pub(crate) tiles: Vec<TileStats>,
     keeps_order: bool,
 }
 
@@ -59,13 +60,19 @@ impl Frame {
         if !self.keeps_order {
             self.order = None;
         }
-        query::run(triangles, rays.into(), options, false, (&mut self.hits, &mut self.order))
+        query::run(triangles, rays.into(), options, false, self)
     }
 
     /// The hits of the last query.
     #[must_use]
     pub fn hits(&self) -> &Hits {
         &self.hits
+    }
+
+    /// What each tile of the last query has cost; nothing, where it took the general path.
+    #[must_use]
+    pub fn tiles(&self) -> &[TileStats] {
+        &self.tiles
     }
 
     /// The hits of the last query, to keep.

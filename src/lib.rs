@@ -67,4 +67,4 @@ pub use hits::{Hit, Hits, NO_TRIANGLE};
 pub use isa::Isa;
 pub use options::{Accuracy, Options, Path};
 pub use query::{any_hit, blocked, closest_hit};
-pub use stats::Stats;
+pub use stats::{Stats, TileStats};

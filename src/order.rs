@@ -10,6 +10,7 @@
 //! Based on: Guy Morton, "A Computer Oriented Geodetic Data Base", 1966; Christian Lauterbach et al., "Fast BVH
 //! Construction on GPUs", 2009 (Morton order of triangles).
 
+use std::mem::size_of;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
@@ -18,12 +19,20 @@ use crate::{Aabb, Triangles};
 
 /// Bits per axis of a cell number: 15 bits fit the u16 that is kept per triangle.
 const CELL_BITS: u32 = 5;
+/// Cells.
+const CELLS: usize = 1 << (3 * CELL_BITS);
 /// Bits per axis of the finer code within a cell.
 const FINE_BITS: u32 = 3;
 /// Cells with at most this many triangles are left in the order of the file: they make one or two runs.
 const FEW: usize = 32;
 /// The most chunks that are counted side by side.
 const MAX_CHUNKS: usize = 8;
+
+/// Bytes that ordering takes at its peak, the permutation included.
+pub(crate) fn bytes_for(triangles: usize) -> usize {
+    let chunks = rayon::current_num_threads().min(MAX_CHUNKS);
+    triangles * (size_of::<u32>() + size_of::<u16>()) + (chunks + 1) * CELLS * size_of::<u32>()
+}
 
 /// The triangles in the order of the curve.
 pub(crate) fn along_curve(triangles: &Triangles<'_>) -> Vec<u32> {
@@ -33,7 +42,7 @@ pub(crate) fn along_curve(triangles: &Triangles<'_>) -> Vec<u32> {
 
     // Count each chunk's triangles per cell.
     let count = |(index, cells): (usize, &mut [u16])| {
-        let mut counts = vec![0_u32; 1 << (3 * CELL_BITS)];
+        let mut counts = vec![0_u32; CELLS];
         // In range: there are fewer than 2³² triangles.
         for (cell, id) in cells.iter_mut().zip((index * chunk) as u32..) {
             *cell = grid.cell(triangles, id);
@@ -44,12 +53,12 @@ pub(crate) fn along_curve(triangles: &Triangles<'_>) -> Vec<u32> {
     let mut chunks: Vec<Vec<u32>> = cells.par_chunks_mut(chunk).enumerate().map(count).collect();
 
     // The first place of each chunk's triangles of each cell.
-    let (mut next, mut ends) = (0, Vec::with_capacity(1 << (3 * CELL_BITS)));
-    for cell in 0..1 << (3 * CELL_BITS) {
+    let (mut next, mut ends) = (0, Vec::with_capacity(CELLS));
+    for cell in 0..CELLS {
         for counts in &mut chunks {
             next += std::mem::replace(&mut counts[cell], next);
         }
-        ends.push(next as usize);
+        ends.push(next);
     }
 
     // Every place is written once. Relaxed stores are plain ones; they let chunks write side by side.
@@ -68,11 +77,11 @@ pub(crate) fn along_curve(triangles: &Triangles<'_>) -> Vec<u32> {
 }
 
 /// Sorts the triangles of each cell that holds many by (code, id), in parallel over disjoint cells.
-fn sort_within_cells(order: &mut [u32], ends: &[usize], code: impl Fn(u32) -> u16 + Sync) {
+fn sort_within_cells(order: &mut [u32], ends: &[u32], code: impl Fn(u32) -> u16 + Sync) {
     let (mut rest, mut start) = (order, 0);
     let mut slices = Vec::new();
     for &end in ends {
-        let (cell, after) = rest.split_at_mut(end - start);
+        let (cell, after) = rest.split_at_mut((end - start) as usize);
         (rest, start) = (after, end);
         if cell.len() > FEW {
             slices.push(cell);

@@ -6,7 +6,7 @@ use fearless_simd::Level;
 
 use crate::general::{self, Probes};
 use crate::hits::NO_TRIANGLE;
-use crate::runs::{Order, Runs};
+use crate::runs::Runs;
 use crate::{Error, Frame, Hits, Options, Path, Ray, Rays, Segment, Stats, Triangles, recursion};
 
 /// Finds the nearest triangle along each ray: by exact t, then by the smaller id.
@@ -35,8 +35,9 @@ pub fn any_hit<'a>(
     rays: impl Into<Rays<'a>>,
     options: &Options,
 ) -> Result<(Vec<bool>, Stats), Error> {
-    let mut hits = Hits::default();
-    let stats = run(triangles, rays.into(), options, true, (&mut hits, &mut None))?;
+    let mut frame = Frame::new();
+    let stats = run(triangles, rays.into(), options, true, &mut frame)?;
+    let hits = frame.into_hits();
     Ok(((0..hits.len()).map(|ray| hits.get(ray).is_some()).collect(), stats))
 }
 
@@ -56,13 +57,13 @@ pub fn blocked(
     Ok((hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats))
 }
 
-/// Checks the rays and takes the path of the options. Uses the memory of the hits and the order, where there is one.
+/// Checks the rays and takes the path of the options. Uses what the frame has, and leaves the answer there.
 pub(crate) fn run(
     triangles: &Triangles<'_>,
     rays: Rays<'_>,
     options: &Options,
     any: bool,
-    (hits, order): (&mut Hits, &mut Option<Order>),
+    frame: &mut Frame,
 ) -> Result<Stats, Error> {
     let level = check_call(rays.len(), options)?;
     if let Rays::General(rays) = rays {
@@ -70,15 +71,17 @@ pub(crate) fn run(
     }
     in_pool(|| match (rays, options.path) {
         (Rays::Pencil(pencil), Path::Pencil) => {
-            hits.make_room(rays.len());
-            let runs = Runs::new(triangles, order.take());
-            let stats = recursion::intersect(triangles, pencil, &runs, (options.accuracy, level, any), hits);
-            *order = Some(runs.into_order());
+            frame.hits.make_room(rays.len());
+            let runs = Runs::new(triangles, frame.order.take());
+            let how = (options.accuracy, level, any);
+            let stats;
+            (stats, frame.tiles) = recursion::intersect(triangles, pencil, &runs, how, &mut frame.hits);
+            frame.order = Some(runs.into_order());
             stats
         }
         _ => {
-            *hits = Hits::missed(rays.len());
-            general::intersect(triangles, Probes::Rays(rays), any, hits)
+            (frame.hits, frame.tiles) = (Hits::missed(rays.len()), Vec::new());
+            general::intersect(triangles, Probes::Rays(rays), any, &mut frame.hits)
         }
     })
 }

@@ -26,64 +26,68 @@ use crate::pencil::Pencil;
 use crate::runs::{Node, Runs};
 use crate::scattered::{self, Cluster, ScatteredQuery};
 use crate::tile_depth::TILE_SIDE;
-use crate::window::{Row, Window};
-use crate::{Aabb, Accuracy, Film, Hits, Stats, Triangles};
+use crate::window::{Rect, Row, Window};
+use crate::{Aabb, Accuracy, Film, Hits, Stats, TileStats, Triangles};
 
-/// Finds the nearest, or any, hit of each ray of a pencil.
+/// Finds the nearest, or any, hit of each ray of a pencil. Returns what each tile has cost as well.
 pub(crate) fn intersect(
     triangles: &Triangles<'_>,
     pencil: &Pencil,
     runs: &Runs,
     (accuracy, level, any): (Accuracy, Level, bool),
     hits: &mut Hits,
-) -> Stats {
-    // Each thread works on one tile; each tile has its rows of the hits.
-    let threads = rayon::current_num_threads();
-    let tiles = threads * (size_of::<Tile<'_>>() + Workspace::BYTES);
-    let bytes = runs.bytes() + tiles + pencil.len() / TILE_SIDE as usize * size_of::<Row<'_>>();
-    let mut stats = Stats { engine_bytes: bytes as u64, ..Stats::default() };
+) -> (Stats, Vec<TileStats>) {
+    let mut tiles = Vec::new();
     // In range: a pencil has fewer than 2³² rays.
     let sizes = pencil.films().iter().map(|film| match film {
         Film::Grid(grid) => (grid.width(), grid.height()),
         Film::Scattered(samples) => (samples.len() as u32, 1),
     });
-    for (film, mut window) in pencil.films().iter().zip(Window::over(hits, sizes)) {
-        stats = stats.plus(match film {
+    let origin = pencil.origin();
+    let bounds = runs.bounds();
+    for (index, (film, mut window)) in pencil.films().iter().zip(Window::over(hits, sizes)).enumerate() {
+        match film {
             Film::Grid(film) => {
-                let Some(projection) = Projection::new(pencil.origin(), film.span()) else {
+                let Some(projection) = &Projection::new(origin, film.span()) else {
                     window.miss();
                     continue;
                 };
-                let origin = pencil.origin();
-                let (projection, bounds) = (&projection, runs.bounds());
                 let pixels = &Pixels::new(projection, film);
                 let query =
                     FilmQuery { triangles, origin, film, projection, pixels, bounds, accuracy, level, any };
-                split_film(query, runs, window)
+                tiles.extend(split_film(query, runs, window).into_iter().map(tile_stats(index)));
             }
             Film::Scattered(samples) => {
-                let origin = pencil.origin();
-                let bounds = runs.bounds();
+                let rect = window.rect;
                 let query = ScatteredQuery { triangles, origin, samples, accuracy, level, any, bounds };
-                scattered::intersect(query, runs, window)
+                tiles.push(tile_stats(index)((rect, scattered::intersect(query, runs, window))));
             }
-        });
+        }
     }
-    stats
+    let mut stats = tiles.iter().fold(Stats::default(), |sum, tile: &TileStats| sum.plus(tile.stats));
+    // Each thread works on one tile; each tile has its rows of the hits. All that comes after the order was found.
+    let threads = rayon::current_num_threads() * (size_of::<Tile<'_>>() + Workspace::BYTES);
+    let rows =
+        pencil.len() / TILE_SIDE as usize * size_of::<Row<'_>>() + tiles.len() * size_of::<TileStats>();
+    let bytes = runs.bytes() + threads + rows + stats.engine_bytes as usize;
+    stats.engine_bytes = bytes.max(runs.ordering_bytes()) as u64;
+    (stats, tiles)
+}
+
+/// The counters of a rectangle of a film.
+fn tile_stats(film: usize) -> impl Fn((Rect, Stats)) -> TileStats {
+    move |(Rect { x0, y0, x1, y1 }, stats)| TileStats { film, columns: [x0, x1], rows: [y0, y1], stats }
 }
 
 /// Splits the rays of a film down to tiles, and works on them in parallel.
-fn split_film(query: FilmQuery<'_>, runs: &Runs, window: Window<'_>) -> Stats {
-    let tiles = window.tiles(TILE_SIDE);
-    tiles
-        .into_par_iter()
-        .map_init(Workspace::new, |work, mut window| {
-            let mut tile = Tile::new(query, window.rect, work);
-            let stats = intersect_objects(&mut tile, runs);
-            tile.write(&mut window);
-            stats
-        })
-        .reduce(Stats::default, Stats::plus)
+fn split_film(query: FilmQuery<'_>, runs: &Runs, window: Window<'_>) -> Vec<(Rect, Stats)> {
+    let in_tile = |work: &mut Box<Workspace>, mut window: Window<'_>| {
+        let mut tile = Tile::new(query, window.rect, work);
+        let stats = intersect_objects(&mut tile, runs);
+        tile.write(&mut window);
+        (window.rect, stats)
+    };
+    window.tiles(TILE_SIDE).into_par_iter().map_init(Workspace::new, in_tile).collect()
 }
 
 /// A set of rays that one bound stands for.

@@ -15,7 +15,7 @@ use std::mem::size_of;
 use rayon::prelude::*;
 
 use crate::lanes::{Boxes, LANES};
-use crate::order::along_curve;
+use crate::order::{along_curve, bytes_for};
 use crate::{Aabb, Triangles};
 
 /// Triangles per run.
@@ -50,17 +50,24 @@ pub(crate) struct Runs {
     order: Order,
     /// Boxes of the runs, then of ever larger groups, up to one vector of boxes.
     levels: Vec<Vec<Boxes>>,
+    /// Bytes that finding the order took.
+    ordering: usize,
 }
 
 impl Runs {
     /// Runs in a given order, in that of the file, or in a better one. O(n).
     pub(crate) fn new(triangles: &Triangles<'_>, kept: Option<Order>) -> Self {
+        let mut ordering = 0;
         let order = kept.filter(|order| order.triangles == triangles.len()).unwrap_or_else(|| {
-            let places = if is_coherent(triangles) { Vec::new() } else { along_curve(triangles) };
+            let mut places = Vec::new();
+            if !is_coherent(triangles) {
+                ordering = bytes_for(triangles.len());
+                places = along_curve(triangles);
+            }
             Order { places, triangles: triangles.len() }
         });
         let boxes = run_boxes(triangles, &order.places);
-        let mut runs = Self { order, levels: vec![boxes] };
+        let mut runs = Self { order, levels: vec![boxes], ordering };
         while let Some(top) = runs.levels.last().filter(|top| top.len() > 1) {
             let next = top.chunks(FANOUT).map(|children| gather(children.iter().map(union))).collect();
             runs.levels.push(next);
@@ -107,6 +114,11 @@ impl Runs {
     #[inline(always)]
     pub(crate) fn id(&self, run: usize, place: usize) -> u32 {
         id_at(&self.order.places, run * RUN + place)
+    }
+
+    /// Bytes that were needed to find the order.
+    pub(crate) fn ordering_bytes(&self) -> usize {
+        self.ordering
     }
 
     /// Bytes kept.

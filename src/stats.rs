@@ -7,18 +7,20 @@ pub struct Stats {
     pub nodes: u64,
     /// Boxes tested against the frustum of a sub-pencil.
     pub frustum_tests: u64,
-    /// Boxes tested against the cone of a sub-pencil.
-    pub cone_tests: u64,
     /// Boxes tested against one ray.
     pub box_tests: u64,
-    /// Boxes dropped because they lie outside the frustum or cone.
+    /// Boxes dropped because they lie outside the frustum.
     pub culled_by_bound: u64,
     /// Boxes dropped because every ray of the sub-pencil has hit something nearer.
     pub culled_by_depth: u64,
     /// Triangles prepared for a sub-pencil or tested in a leaf of the general path.
     pub triangles_set_up: u64,
+    /// Parts of blocks of rays, up to 8x8, that a triangle was tested with.
+    pub blocks: u64,
     /// Pairs of a ray and a triangle whose edge functions were evaluated.
     pub samples_tested: u64,
+    /// Pairs whose coverage or order f32 could not decide on a grid film.
+    pub doubtful_samples: u64,
     /// Pairs whose coverage f64 could not decide.
     pub ambiguous_coverage: u64,
     /// Pairs of hits whose order f64 could not decide.
@@ -40,16 +42,17 @@ impl Stats {
 
     /// All counters with their names, in a fixed order: for reports.
     #[must_use]
-    pub fn counters(&self) -> [(&'static str, u64); 11] {
+    pub fn counters(&self) -> [(&'static str, u64); 12] {
         [
             ("nodes", self.nodes),
             ("frustum_tests", self.frustum_tests),
-            ("cone_tests", self.cone_tests),
             ("box_tests", self.box_tests),
             ("culled_by_bound", self.culled_by_bound),
             ("culled_by_depth", self.culled_by_depth),
             ("triangles_set_up", self.triangles_set_up),
+            ("blocks", self.blocks),
             ("samples_tested", self.samples_tested),
+            ("doubtful_samples", self.doubtful_samples),
             ("ambiguous_coverage", self.ambiguous_coverage),
             ("ambiguous_order", self.ambiguous_order),
             ("engine_bytes", self.engine_bytes),
@@ -57,19 +60,42 @@ impl Stats {
     }
 
     /// The counters in the order of [`Stats::counters`].
-    fn counters_mut(&mut self) -> [&mut u64; 11] {
+    fn counters_mut(&mut self) -> [&mut u64; 12] {
         [
             &mut self.nodes,
             &mut self.frustum_tests,
-            &mut self.cone_tests,
             &mut self.box_tests,
             &mut self.culled_by_bound,
             &mut self.culled_by_depth,
             &mut self.triangles_set_up,
+            &mut self.blocks,
             &mut self.samples_tested,
+            &mut self.doubtful_samples,
             &mut self.ambiguous_coverage,
             &mut self.ambiguous_order,
             &mut self.engine_bytes,
         ]
+    }
+}
+
+/// What one tile of a film, or a whole scattered film, has cost: the local statistics of a query.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TileStats {
+    /// The film, in the order of the pencil.
+    pub film: usize,
+    /// First column and the one after the last.
+    pub columns: [u32; 2],
+    /// First row and the one after the last.
+    pub rows: [u32; 2],
+    /// Its counters.
+    pub stats: Stats,
+}
+
+impl TileStats {
+    /// Pairs of a ray and a triangle that were evaluated, per ray of the tile.
+    #[must_use]
+    pub fn samples_per_ray(&self) -> f64 {
+        let sides = [self.columns, self.rows].map(|[first, end]| f64::from(end - first));
+        self.stats.samples_tested as f64 / (sides[0] * sides[1])
     }
 }

@@ -79,7 +79,7 @@ fn pencils_test_far_fewer_boxes() {
         let line = format!("render builtin:umbel:20000 --size 320x180 --path {path} --aov id=i.npy");
         place.quiet_run(&format!("{line} --report r.json"));
         let stats = place.json("r.json")["stats"].clone();
-        ["box_tests", "frustum_tests", "cone_tests"].map(|name| stats[name].as_u64().expect("it"))
+        ["box_tests", "frustum_tests"].map(|name| stats[name].as_u64().expect("it"))
     };
     let [general, ..] = boxes("general");
     let pencil: u64 = boxes("pencil").iter().sum();
