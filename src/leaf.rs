@@ -166,7 +166,7 @@ impl<'a> Tile<'a> {
         let irregular = self.work.footprints.irregular(run);
         for lane in bits(self.work.footprints.meeting(simd, pixels, run, self.rect)) {
             let (rect, greatest) = self.work.footprints.within(pixels, (run, lane), self.rect);
-            if self.work.depth.hides_in_rect(rect, greatest) {
+            if self.work.depth.hides_in_rect(simd, rect, greatest) {
                 continue;
             }
             let waiting = &mut self.work.waiting;

@@ -211,24 +211,19 @@ impl TileDepth {
         key < f64::from(self.farthest)
     }
 
-    /// Whether something whose keys are at most `key` is hidden from a block.
+    /// Whether something whose keys are at most `key` is hidden from all blocks that a rectangle of rays meets.
     #[inline(always)]
-    pub(crate) fn hides_in_block(&self, bx: u32, by: u32, key: f32) -> bool {
-        key < self.far[(by % TILE_BLOCKS) as usize][(bx % TILE_BLOCKS) as usize]
-    }
-
-    /// Whether something whose keys are at most `key` is hidden from a rectangle of rays; only small ones are looked at.
-    #[inline(always)]
-    pub(crate) fn hides_in_rect(&self, rect: Rect, key: f32) -> bool {
-        let (bx0, bx1) = (rect.x0 / BLOCK_SIDE, (rect.x1 - 1) / BLOCK_SIDE);
-        let (by0, by1) = (rect.y0 / BLOCK_SIDE, (rect.y1 - 1) / BLOCK_SIDE);
-        if bx1 - bx0 > 1 || by1 - by0 > 1 {
-            return key < self.farthest;
+    pub(crate) fn hides_in_rect<S: Simd>(&self, simd: S, rect: Rect, key: f32) -> bool {
+        if key < self.farthest {
+            return true;
         }
-        self.hides_in_block(bx0, by0, key)
-            && self.hides_in_block(bx1, by0, key)
-            && self.hides_in_block(bx0, by1, key)
-            && self.hides_in_block(bx1, by1, key)
+        let blocks = (2_u64 << ((rect.x1 - 1) / BLOCK_SIDE)) - (1 << (rect.x0 / BLOCK_SIDE));
+        for by in rect.y0 / BLOCK_SIDE..=(rect.y1 - 1) / BLOCK_SIDE {
+            if self.far(simd, by).simd_gt(key).to_bitmask() & blocks != blocks {
+                return false;
+            }
+        }
+        true
     }
 
     /// The lower bounds of a row of blocks.
