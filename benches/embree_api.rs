@@ -3,6 +3,7 @@
 //! Based on: the Embree 4.4 API reference and its headers `rtcore_ray.h`, `rtcore_scene.h` and `rtcore_geometry.h`.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
+use std::mem::ManuallyDrop;
 use std::path::Path;
 
 use libloading::Library;
@@ -90,8 +91,8 @@ macro_rules! functions {
         #[derive(Debug)]
         pub(crate) struct Api {
             $(pub(crate) $field: $signature,)*
-            /// Keeps the functions in memory; dropped last.
-            _library: Library,
+            /// Keeps the functions in memory, to the end of the process: its threads outlive the device.
+            _library: ManuallyDrop<Library>,
         }
 
         impl Api {
@@ -107,7 +108,7 @@ macro_rules! functions {
                     // SAFETY: the type is that of the function in Embree 4's headers.
                     let $field = *unsafe { library.get::<$signature>($symbol) }.map_err(named)?;
                 )*
-                Ok(Self { $($field,)* _library: library })
+                Ok(Self { $($field,)* _library: ManuallyDrop::new(library) })
             }
         }
     };

@@ -45,7 +45,7 @@ fn draw(rows: &[(String, Vec<Best>)]) -> Result<String> {
         // Row k is drawn around y = count - k, so that the first is on top.
         let mut chart = ChartBuilder::on(&area)
             .caption(
-                "primary visibility: median ms, filled build + trace, ring trace alone",
+                "median ms; filled: from scratch; ring: on a tree built before (umbel: with the order kept)",
                 ("sans-serif", 17),
             )
             .margin(10)

@@ -5,6 +5,10 @@
 //! and where all edge functions are positive they are not evaluated again. Where the bound of f32 leaves doubt about a
 //! ray, the exact stage decides: it asks f64 first.
 //!
+//! The rows are f32: on fourteen real scenes 0.015 % of the samples are left in doubt, and eight rays fit one register of
+//! AVX2. Rows of f64 took twice as many instructions for a frame (koala: 308 million with them and what else was new since,
+//! now 140). Keys of f64 kept per ray were written with masked stores, 7 % of the time on sponza: hits refer to records now.
+//!
 //! Based on: Juan Pineda, "A Parallel Algorithm for Polygon Rasterization", 1988 (edge functions); Ned Greene,
 //! "Hierarchical Polygon Tiling with Coverage Masks", 1996.
 

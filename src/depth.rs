@@ -1,4 +1,5 @@
-//! The nearest hit of each ray of a sub-pencil, while it is worked on, and the farthest of blocks of rays.
+//! The nearest hit of each scattered ray of a cluster, while it is worked on, and the farthest of blocks of rays. Those of
+//! tiles are in [`crate::tile_depth`].
 //!
 //! Each ray keeps an interval that holds its depth key (greater is nearer), and an id. Where the interval of a candidate
 //! overlaps it, the exact order decides. Blocks keep a lower bound of their rays' keys: what lies behind it is hidden from

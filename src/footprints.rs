@@ -6,8 +6,8 @@
 //! another corner (at or behind the eye, or very near to it) may meet all rays.
 //!
 //! Neighbouring tiles meet the same runs, so each thread keeps the footprints of the last few runs: a run is projected
-//! once for several tiles, and a tile reads the corners of those triangles only that may meet it. For sponza that is 46
-//! thousand instead of 365 thousand.
+//! once for several tiles, and a tile reads the corners of those triangles only that may meet it: for sponza 46 thousand instead of 365
+//! thousand, and setup gets eight at a time (35 to 31 ms on one thread).
 //!
 //! Based on: Marc Olano and Trey Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997.
 
