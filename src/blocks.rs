@@ -196,23 +196,34 @@ impl Tile<'_> {
                 hit = true;
             }
             if kept != certain {
-                let (lo, hi) = (lo.to_array(), hi.to_array());
-                for lane in bits(kept & !certain) {
-                    let candidate = Candidate { lo: lo[lane], hi: hi[lane], record: primitive.record };
-                    // In range: fewer than eight columns.
-                    let ray = (x + lane as u32, j);
-                    hit |= self.decide((primitive.id, primitive.lane), candidate, ray, stats);
-                }
+                let bounds = [lo.to_array(), hi.to_array()];
+                hit |= self.decide_all(primitive, bounds, (x, j), kept & !certain, stats);
             }
         }
         hit
     }
 
-    /// Decides one ray exactly: coverage, then the order. Tells whether it hit the triangle.
+    /// Decides some of eight rays from column `x` of row `j` exactly. Tells whether any of them hit the triangle.
     #[inline(never)]
+    fn decide_all(
+        &mut self,
+        primitive: Primitive,
+        [lo, hi]: [[f32; LANES]; 2],
+        (x, j): (u32, u32),
+        lanes: u64,
+        stats: &mut Stats,
+    ) -> bool {
+        bits(lanes).fold(false, |hit, lane| {
+            let candidate = Candidate { lo: lo[lane], hi: hi[lane], record: primitive.record };
+            // In range: fewer than eight columns.
+            self.decide(primitive, candidate, (x + lane as u32, j), stats) | hit
+        })
+    }
+
+    /// Decides one ray exactly: coverage, then the order. Tells whether it hit the triangle.
     fn decide(
         &mut self,
-        (id, lane): (u32, usize),
+        Primitive { id, lane, .. }: Primitive,
         candidate: Candidate,
         (i, j): (u32, u32),
         stats: &mut Stats,

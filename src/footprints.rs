@@ -220,11 +220,7 @@ impl Pixels {
         let mut kept = lanes;
         let mut sides = [Narrow::simd_from(simd, 0.0); 4];
         for axis in 0..2 {
-            let (first, last) = (zero - 4.0, zero + (self.last[axis] + 4.0));
-            let from = narrow(regular.select(lo[axis], first).max(first).min(last)) - self.slack;
-            let to = narrow(regular.select(hi[axis], last).max(first).min(last)) + self.slack;
-            let from = from.ceil().max(0.0);
-            let to = to.floor().min(self.last[axis] as f32);
+            let (from, to) = self.whole_between(simd, axis, [lo[axis], hi[axis]], regular);
             kept &= from.simd_le(to).to_bitmask();
             (sides[axis], sides[axis + 2]) = (from, to);
         }
@@ -244,6 +240,21 @@ impl Pixels {
             *whole = i32x8::truncate_from((side * halved).floor());
         }
         (whole, !regular.to_bitmask() & kept)
+    }
+
+    /// The first and the last column (axis 0) or row between bounds; all of them where corners are irregular.
+    #[inline(always)]
+    fn whole_between<S: Simd>(
+        &self,
+        simd: S,
+        axis: usize,
+        [lo, hi]: [Lanes<S>; 2],
+        regular: LaneMask<S>,
+    ) -> (Narrow<S>, Narrow<S>) {
+        let (first, last) = (Lanes::simd_from(simd, -4.0), Lanes::simd_from(simd, self.last[axis] + 4.0));
+        let from = narrow(regular.select(lo, first).max(first).min(last)) - self.slack;
+        let to = narrow(regular.select(hi, last).max(first).min(last)) + self.slack;
+        (from.ceil().max(0.0), to.floor().min(self.last[axis] as f32))
     }
 
     /// The t from which corners are regular, and the error of t.

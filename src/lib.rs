@@ -36,6 +36,7 @@ mod predicates;
 mod query;
 mod ray;
 mod recursion;
+mod resolve;
 mod runs;
 mod scattered;
 mod segment;

@@ -19,13 +19,8 @@ use std::ops::Range;
 
 use fearless_simd::{prelude::*, u32x8};
 
-use crate::hits::NO_TRIANGLE;
-use crate::lanes::{LANES, Lanes, Narrow, NarrowMask, bits, narrow};
-use crate::pencil::Origin;
-use crate::predicates::Distance;
-use crate::ray::Ray;
-use crate::triangles::Triangles;
-use crate::window::{Rect, Row};
+use crate::lanes::{LANES, Narrow, NarrowMask, bits};
+use crate::window::Rect;
 
 /// Rays along one side of a block: as many as there are lanes.
 pub(crate) const BLOCK_SIDE: u32 = 8;
@@ -34,22 +29,14 @@ pub(crate) const TILE_SIDE: u32 = 64;
 /// Blocks along one side of a tile: as many as there are lanes.
 pub(crate) const TILE_BLOCKS: u32 = TILE_SIDE / BLOCK_SIDE;
 /// Rays along one side of a tile.
-const SIDE: usize = TILE_SIDE as usize;
+pub(crate) const SIDE: usize = TILE_SIDE as usize;
 
 /// Keys that err by no more than this part of themselves give the distance: 1 in 4000 is then rounded by the exact stage.
-const KEY_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
-/// The same for 1/key and −key, with their roundings and that of the key to f32.
-const T_ERROR: f64 = KEY_ERROR * 1.01;
-/// Distances between these are neither subnormal nor saturated.
-const PLAIN_T: [f32; 2] = [1e-30, 1e30];
-
+pub(crate) const KEY_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
 /// Room for records: what a tile's rays may need, and some more, so that records are dropped rarely.
 const RECORDS: usize = SIDE * SIDE + 512;
 /// The record of rays that have hit nothing.
 const NO_RECORD: u32 = u32::MAX;
-
-/// 0 to 7.
-const COLUMNS: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 /// A hit of one ray: its key lies in [lo, hi].
 #[derive(Debug, Clone, Copy)]
@@ -63,10 +50,10 @@ pub(crate) struct Candidate {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Record {
     /// The key c + xk_x + yk_y at column x and row y of the tile.
-    key: [f64; 3],
+    pub(crate) key: [f64; 3],
     /// The least magnitude of the key that gives the distance: 1/[`KEY_ERROR`] times the error, rounded up.
-    least: f32,
-    id: u32,
+    pub(crate) least: f32,
+    pub(crate) id: u32,
 }
 
 impl Record {
@@ -84,10 +71,10 @@ pub(crate) struct TileDepth {
     lo: [[f32; SIDE]; SIDE],
     hi: [[f32; SIDE]; SIDE],
     /// The record of each ray.
-    nearest: [[u32; SIDE]; SIDE],
-    records: Vec<Record>,
+    pub(crate) nearest: [[u32; SIDE]; SIDE],
+    pub(crate) records: Vec<Record>,
     /// Per row, the rays that have hit something.
-    covered: [u64; SIDE],
+    pub(crate) covered: [u64; SIDE],
     /// Per block, a lower bound of its rays' keys.
     far: [[f32; LANES]; TILE_BLOCKS as usize],
     /// Rows of blocks whose bounds may be out of date.
@@ -285,106 +272,11 @@ impl TileDepth {
         self.nearest[row][column] = record;
         self.cover(x, y, 1);
     }
-
-    /// Writes ids and distances of row `y`. `ray` makes the ray of a column.
-    #[inline(always)]
-    pub(crate) fn write<S: Simd>(
-        &self,
-        simd: S,
-        y: u32,
-        (ids, ts): &mut Row<'_>,
-        (origin, triangles): (Origin, &Triangles<'_>),
-        ray: impl Fn(u32) -> Ray,
-    ) {
-        let ((id_eights, last_ids), (t_eights, last_ts)) = (ids.as_chunks_mut(), ts.as_chunks_mut());
-        let covered = self.covered[y as usize % SIDE];
-        let decide = |x: u32, (ids, ts): (&[u32; LANES], &mut [f32; LANES]), doubtful: u64| {
-            for lane in bits(doubtful) {
-                // In range: fewer than eight columns.
-                ts[lane] = Distance::new(&ray(x + lane as u32), &triangles.triangle(ids[lane])).rounded();
-            }
-        };
-        let mut x = 0;
-        for (ids, ts) in id_eights.iter_mut().zip(t_eights) {
-            let doubtful = self.resolve(simd, (x, y), covered >> x & 0xFF, origin, (ids, ts));
-            decide(x, (ids, ts), doubtful);
-            x += BLOCK_SIDE;
-        }
-        if !last_ids.is_empty() {
-            let (mut ids, mut ts) = ([0; LANES], [0.0; LANES]);
-            let covered = covered >> x & ((1 << last_ids.len()) - 1);
-            let doubtful = self.resolve(simd, (x, y), covered, origin, (&mut ids, &mut ts));
-            decide(x, (&ids, &mut ts), doubtful);
-            last_ids.copy_from_slice(&ids[..last_ids.len()]);
-            last_ts.copy_from_slice(&ts[..last_ids.len()]);
-        }
-    }
-
-    /// Ids and rounded distances of eight rays from column `x` of row `y`, of which some have hit something; the lanes
-    /// where the nearest f32 is in doubt.
-    #[inline(always)]
-    fn resolve<S: Simd>(
-        &self,
-        simd: S,
-        (x, y): (u32, u32),
-        covered: u64,
-        origin: Origin,
-        (ids, ts): (&mut [u32; LANES], &mut [f32; LANES]),
-    ) -> u64 {
-        if covered == 0 {
-            (*ids, *ts) = ([NO_TRIANGLE; LANES], [f32::INFINITY; LANES]);
-            return 0;
-        }
-        let (keys, least) = self.keys(simd, (x, y), covered, ids);
-        let t = if matches!(origin, Origin::Point(_)) { Lanes::simd_from(simd, 1.0) / keys } else { -keys };
-        // Rounding to f32 is monotonic, so equal ends leave no doubt. NaN is in doubt, and so are distances near to where
-        // they saturate.
-        let (lo, hi) = (narrow(t * (1.0 - T_ERROR)), narrow(t * (1.0 + T_ERROR)));
-        let certain = lo.simd_eq(hi)
-            & narrow(keys.abs()).simd_ge(least)
-            & lo.simd_gt(PLAIN_T[0])
-            & lo.simd_lt(PLAIN_T[1]);
-        let hit = NarrowMask::from_bitmask(simd, covered);
-        hit.select(lo, Narrow::simd_from(simd, f32::INFINITY)).store_slice(ts);
-        covered & !certain.to_bitmask()
-    }
-
-    /// Ids and keys of some of eight rays, and the least magnitude of each that gives the distance.
-    #[inline(always)]
-    fn keys<S: Simd>(
-        &self,
-        simd: S,
-        (x, y): (u32, u32),
-        covered: u64,
-        ids: &mut [u32; LANES],
-    ) -> (Lanes<S>, Narrow<S>) {
-        let numbers = eight(&self.nearest[y as usize % SIDE], x);
-        let nearest = u32x8::from_slice(simd, numbers);
-        let columns = Lanes::load_array(simd, COLUMNS) + f64::from(x);
-        let mut all_keys = Lanes::simd_from(simd, f64::NAN);
-        let mut all_least = Narrow::simd_from(simd, f32::INFINITY);
-        let mut all_ids = u32x8::simd_from(simd, NO_TRIANGLE);
-        let mut left = covered;
-        // All rays with the record of the first one that is left: mostly one or two rounds.
-        while left != 0 {
-            let number = numbers[left.trailing_zeros() as usize % LANES];
-            let Record { key: [c, along_x, along_y], least, id } = self.records[number as usize];
-            let same = nearest.simd_eq(number);
-            let keys = (columns * along_x + c) + along_y * f64::from(y);
-            let (low, high) = same.widen();
-            all_keys = simd.combine_mask64x4(low, high).select(keys, all_keys);
-            all_least = same.select(Narrow::simd_from(simd, least), all_least);
-            all_ids = same.select(u32x8::simd_from(simd, id), all_ids);
-            left &= !same.to_bitmask();
-        }
-        all_ids.store_slice(ids);
-        (all_keys, all_least)
-    }
 }
 
 /// Eight elements of a row from column `x` on, which is at most 56.
 #[inline(always)]
-fn eight<T>(row: &[T; SIDE], x: u32) -> &[T] {
+pub(crate) fn eight<T>(row: &[T; SIDE], x: u32) -> &[T] {
     let x = (x as usize).min(SIDE - LANES);
     &row[x..x + LANES]
 }
