@@ -55,11 +55,9 @@ pub(crate) fn widen(point: [f32; 3]) -> DVec3 {
 
 #[cfg(test)]
 mod tests {
-    use super::icosphere;
-
     #[test]
     fn five_divisions() {
-        let (positions, triangles) = icosphere(5);
+        let (positions, triangles) = super::icosphere(5);
         assert_eq!((positions.len(), triangles.len()), (10_242, 20_480));
     }
 }
