@@ -7,7 +7,7 @@
 use fearless_simd::{f32x4, prelude::*};
 
 use crate::Triangles;
-use crate::lanes::{LANES, Points, widen};
+use crate::lanes::{LANES, Narrow, Points, widen};
 
 /// The corners a, b and c of eight triangles.
 #[inline(always)]
@@ -23,17 +23,40 @@ pub(crate) fn corners<S: Simd>(simd: S, triangles: &Triangles<'_>, ids: &[u32; L
     ]
 }
 
+/// The first corners, as x, y and z, of eight consecutive triangles; the last triangle's are repeated.
+#[inline(always)]
+pub(crate) fn first_corners<S: Simd>(simd: S, triangles: &Triangles<'_>, first: u32) -> [Narrow<S>; 3] {
+    let last = triangles.len() - 1;
+    let mut vertices = [[0; 3]; LANES];
+    for (lane, vertices) in vertices.iter_mut().enumerate() {
+        // In range: there are fewer than 2³² triangles.
+        *vertices = triangles.vertices((first as usize + lane).min(last) as u32);
+    }
+    positions(simd, triangles, &vertices, 0)
+}
+
 /// One corner of each triangle.
 #[inline(always)]
 fn corner<S: Simd>(simd: S, triangles: &Triangles<'_>, vertices: &[[u32; 3]; LANES], k: usize) -> Points<S> {
+    let [x, y, z] = positions(simd, triangles, vertices, k);
+    Points { x: widen(x), y: widen(y), z: widen(z) }
+}
+
+/// The same in f32.
+#[inline(always)]
+fn positions<S: Simd>(
+    simd: S,
+    triangles: &Triangles<'_>,
+    vertices: &[[u32; 3]; LANES],
+    k: usize,
+) -> [Narrow<S>; 3] {
     let mut read = [f32x4::simd_from(simd, 0.0); LANES];
     for (read, vertices) in read.iter_mut().zip(vertices) {
         *read = f32x4::load_array(simd, triangles.four_from(vertices[k]));
     }
     let [a, b, c, d, e, f, g, h] = read;
     let (low, high) = (transposed(a, b, c, d), transposed(e, f, g, h));
-    let (x, y, z) = (low[0].combine(high[0]), low[1].combine(high[1]), low[2].combine(high[2]));
-    Points { x: widen(x), y: widen(y), z: widen(z) }
+    [low[0].combine(high[0]), low[1].combine(high[1]), low[2].combine(high[2])]
 }
 
 /// First, second and third elements of four vectors.

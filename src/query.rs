@@ -72,7 +72,7 @@ pub(crate) fn run(
     in_pool(|| match (rays, options.path) {
         (Rays::Pencil(pencil), Path::Pencil) => {
             frame.hits.make_room(rays.len());
-            let runs = Runs::new(triangles, frame.order.take());
+            let runs = Runs::new(triangles, level, frame.order.take());
             let how = (options.accuracy, level, any);
             let stats;
             (stats, frame.tiles) = recursion::intersect(triangles, pencil, &runs, how, &mut frame.hits);

@@ -12,6 +12,7 @@
 
 use std::mem::size_of;
 
+use fearless_simd::Level;
 use rayon::prelude::*;
 
 use crate::lanes::{Boxes, LANES};
@@ -56,13 +57,13 @@ pub(crate) struct Runs {
 
 impl Runs {
     /// Runs in a given order, in that of the file, or in a better one. O(n).
-    pub(crate) fn new(triangles: &Triangles<'_>, kept: Option<Order>) -> Self {
+    pub(crate) fn new(triangles: &Triangles<'_>, level: Level, kept: Option<Order>) -> Self {
         let mut ordering = 0;
         let order = kept.filter(|order| order.triangles == triangles.len()).unwrap_or_else(|| {
             let mut places = Vec::new();
             if !is_coherent(triangles) {
                 ordering = bytes_for(triangles.len());
-                places = along_curve(triangles);
+                places = along_curve(triangles, level);
             }
             Order { places, triangles: triangles.len() }
         });

@@ -111,11 +111,6 @@ impl<'a> Triangles<'a> {
         Triangle { a, b, c }
     }
 
-    /// The first corner of a triangle.
-    pub(crate) fn first_corner(&self, id: u32) -> [f32; 3] {
-        self.positions[self.indices[id as usize][0] as usize]
-    }
-
     /// The box of all positions, used or not.
     pub(crate) fn position_bounds(&self) -> Aabb {
         let of_chunk = |chunk: &[[f32; 3]]| Aabb::of_points(chunk.iter().copied());
