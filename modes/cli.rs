@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use glam::DVec3;
-use umbel::{Accuracy, Aov, Camera, Error, Isa, Lens, Options, Path, Scene, builtin_view};
+use umbel::{Accuracy, Aov, Isa, Options, Path};
+
+use crate::camera_args::CameraArgs;
+use crate::parse::parse_bytes;
 
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 runtime failure, 2 usage, 3 bad input, 4 limit hit, \
 5 a comparison found a difference, 130 interrupted.";
@@ -174,149 +176,6 @@ pub(crate) struct InfoArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum LensArg {
-    Pinhole,
-    Ortho,
-    Equirect,
-    Fisheye,
-    Cube,
-}
-
-/// Where the rays come from. Without options the scene is framed from (1, 0.7, 1).
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Camera")]
-pub(crate) struct CameraArgs {
-    /// Position of the eye; of an ortho camera, the middle of the film
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
-    eye: Option<DVec3>,
-
-    /// The point in the middle of the picture
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
-    target: Option<DVec3>,
-
-    /// The direction that is up in the picture
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
-    up: Option<DVec3>,
-
-    /// Degrees: vertical for pinhole, over the inscribed circle for fisheye (default 45 and 180)
-    #[arg(long, value_name = "DEGREES")]
-    fov: Option<f64>,
-
-    /// World units from the lower to the upper edge of an ortho picture
-    #[arg(long, value_name = "UNITS")]
-    height: Option<f64>,
-
-    /// Pixels (default 1280x720)
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<(u32, u32)>,
-
-    /// Pixels along one side of a cube face (default 1024)
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=32768))]
-    cube_size: Option<u32>,
-
-    /// The lens
-    #[arg(long = "camera", value_enum, default_value = "pinhole")]
-    lens: LensArg,
-}
-
-impl CameraArgs {
-    /// The camera for a scene.
-    pub(crate) fn camera(&self, scene: &Scene) -> Result<Camera, Error> {
-        let (width, height) = match self.lens {
-            LensArg::Cube => (self.cube_size.unwrap_or(1024), self.cube_size.unwrap_or(1024)),
-            _ => self.size.unwrap_or((1280, 720)),
-        };
-        let lens = match self.lens {
-            LensArg::Pinhole => Lens::Pinhole { fov: self.fov.unwrap_or(45.0) },
-            LensArg::Ortho => Lens::Ortho { height: self.height.unwrap_or(0.0) },
-            LensArg::Equirect => Lens::Equirect,
-            LensArg::Fisheye => Lens::Fisheye { fov: self.fov.unwrap_or(180.0) },
-            LensArg::Cube => Lens::Cube,
-        };
-        self.refuse_useless()?;
-        let mut camera = Camera::framing(&scene.bounds(), DVec3::new(1.0, 0.7, 1.0), lens, width, height);
-        let view = scene.name.strip_prefix("builtin:").and_then(builtin_view);
-        if let (Some(view), Lens::Pinhole { .. }, None, None) = (view, lens, self.eye, self.target) {
-            camera.eye = DVec3::from_array(view.eye);
-            camera.target = DVec3::from_array(view.target);
-            camera.up = DVec3::from_array(view.up);
-            camera.lens = Lens::Pinhole { fov: self.fov.unwrap_or(view.fov_degrees) };
-        }
-        camera.eye = self.eye.unwrap_or(camera.eye);
-        camera.target = self.target.unwrap_or(camera.target);
-        camera.up = self.up.unwrap_or(camera.up);
-        if let (Lens::Ortho { .. }, Some(height)) = (lens, self.height) {
-            camera.lens = Lens::Ortho { height };
-        }
-        Ok(camera)
-    }
-
-    /// Refuses options that the lens would ignore.
-    fn refuse_useless(&self) -> Result<(), Error> {
-        let (lens, cube) = (self.lens, self.lens == LensArg::Cube);
-        let angle = matches!(lens, LensArg::Pinhole | LensArg::Fisheye);
-        let useless = [
-            (self.fov.is_some() && !angle, "--fov goes with --camera pinhole or fisheye"),
-            (self.height.is_some() && lens != LensArg::Ortho, "--height goes with --camera ortho"),
-            (
-                self.cube_size.is_some() && !cube,
-                "--cube-size goes with --camera cube; the others take --size",
-            ),
-            (self.size.is_some() && cube, "--camera cube takes --cube-size, not --size"),
-            (
-                self.target.is_some() && cube,
-                "--camera cube looks along the world's axes: it takes no --target",
-            ),
-            (self.up.is_some() && cube, "--camera cube looks along the world's axes: it takes no --up"),
-        ];
-        if let Some((_, why)) = useless.iter().find(|(useless, _)| *useless) {
-            return Err(Error::Usage((*why).into()));
-        }
-        Ok(())
-    }
-}
-
-/// "x,y,z" as three finite numbers.
-fn parse_vector(text: &str) -> Result<DVec3, String> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
-    match numbers.as_deref() {
-        Ok(&[x, y, z]) if [x, y, z].iter().all(|c| c.is_finite()) => Ok(DVec3::new(x, y, z)),
-        _ => Err("expected three finite numbers such as 1,0.5,-2".into()),
-    }
-}
-
-/// "WxH" as two positive numbers.
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let parts = text.split_once(['x', 'X']).map(|(w, h)| (w.trim().parse(), h.trim().parse()));
-    match parts {
-        Some((Ok(width), Ok(height))) if (1..=65536).contains(&width) && (1..=65536).contains(&height) => {
-            Ok((width, height))
-        }
-        _ => Err("expected WIDTHxHEIGHT in pixels, each 1 to 65536, such as 1920x1080".into()),
-    }
-}
-
-/// A number of bytes with an optional k, M, G or T.
-fn parse_bytes(text: &str) -> Result<u64, String> {
-    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-    let unit: u64 = match text[digits.len()..].to_ascii_lowercase().as_str() {
-        "" | "b" => 1,
-        "k" | "kb" => 1 << 10,
-        "m" | "mb" => 1 << 20,
-        "g" | "gb" => 1 << 30,
-        "t" | "tb" => 1 << 40,
-        _ => return Err("expected a number of bytes such as 500M or 8G".into()),
-    };
-    let number: f64 =
-        digits.parse().map_err(|_| "expected a number of bytes such as 500M or 8G".to_owned())?;
-    if number >= 0.0 && number.is_finite() {
-        Ok((number * unit as f64) as u64)
-    } else {
-        Err("expected a size".into())
-    }
 }
 
 /// "NAME" or "NAME=FILE.npy".

@@ -16,7 +16,7 @@ use crate::picture::{Picture, extension};
 use crate::report::{Report, Times, kibibytes, timed};
 
 /// Reads a scene and says what was noticed.
-fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
+pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
     let options = LoadOptions { drop_non_finite: common.drop_non_finite };
     let scene = timed(&mut times.load, || load(name, options))?;
     if !common.quiet {
@@ -117,7 +117,7 @@ fn refuse_collisions(args: &RenderArgs) -> Result<(), Error> {
 }
 
 /// Stops before the start when the forecast exceeds `--max-memory`, or else what the machine has left.
-fn check_memory(scene: &Scene, camera: &Camera, common: &Common) -> Result<(), Error> {
+pub(crate) fn check_memory(scene: &Scene, camera: &Camera, common: &Common) -> Result<(), Error> {
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
     // Hits 8, preview 12 and its sum 12, bytes of the picture 3, the widest derived image 12.
     let flat = 47;
@@ -138,12 +138,12 @@ fn check_memory(scene: &Scene, camera: &Camera, common: &Common) -> Result<(), E
 }
 
 /// What the system can give without swapping, where it tells (Linux).
-fn available_bytes() -> Option<u64> {
+pub(crate) fn available_bytes() -> Option<u64> {
     kibibytes("/proc/meminfo", "MemAvailable:")
 }
 
 /// A bar over passes: on stderr, on a terminal, and only when there is more than one.
-fn progress(passes: u32, common: &Common) -> ProgressBar {
+pub(crate) fn progress(passes: u32, common: &Common) -> ProgressBar {
     if common.quiet || passes <= 1 {
         return ProgressBar::hidden();
     }
@@ -155,7 +155,7 @@ fn progress(passes: u32, common: &Common) -> ProgressBar {
 }
 
 /// Prints times and counters on stderr.
-fn print_run(times: &Times, stats: &Stats) {
+pub(crate) fn print_run(times: &Times, stats: &Stats) {
     let engine: Vec<String> = times.engine.iter().map(|ms| format!("{ms:.2}")).collect();
     anstream::eprintln!(
         "load {:.1} ms, engine {} ms, shade {:.1} ms, write {:.1} ms",
@@ -256,7 +256,7 @@ pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> 
 }
 
 /// Writes data to stdout. A reader that has gone away is no failure.
-fn print(text: &str) -> Result<(), Error> {
+pub(crate) fn print(text: &str) -> Result<(), Error> {
     match std::io::stdout().lock().write_all(text.as_bytes()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Error::Write { path: "stdout".into(), problem: error.to_string() })

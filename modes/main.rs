@@ -1,7 +1,9 @@
 //! The command `umbel`.
 
+mod camera_args;
 mod cli;
 mod commands;
+mod parse;
 mod picture;
 mod report;
 

@@ -1,0 +1,110 @@
+//! The camera on the command line.
+
+use clap::{Args, ValueEnum};
+use glam::DVec3;
+use umbel::{Camera, Error, Lens, Scene, builtin_view};
+
+use crate::parse::{parse_size, parse_vector};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LensArg {
+    Pinhole,
+    Ortho,
+    Equirect,
+    Fisheye,
+    Cube,
+}
+
+/// Where the rays come from. Without options the scene is framed from (1, 0.7, 1).
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Camera")]
+pub(crate) struct CameraArgs {
+    /// Position of the eye; of an ortho camera, the middle of the film
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+    eye: Option<DVec3>,
+
+    /// The point in the middle of the picture
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+    target: Option<DVec3>,
+
+    /// The direction that is up in the picture
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+    up: Option<DVec3>,
+
+    /// Degrees: vertical for pinhole, over the inscribed circle for fisheye (default 45 and 180)
+    #[arg(long, value_name = "DEGREES")]
+    fov: Option<f64>,
+
+    /// World units from the lower to the upper edge of an ortho picture
+    #[arg(long, value_name = "UNITS")]
+    height: Option<f64>,
+
+    /// Pixels (default 1280x720)
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<(u32, u32)>,
+
+    /// Pixels along one side of a cube face (default 1024)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=32768))]
+    cube_size: Option<u32>,
+
+    /// The lens
+    #[arg(long = "camera", value_enum, default_value = "pinhole")]
+    lens: LensArg,
+}
+
+impl CameraArgs {
+    /// The camera for a scene.
+    pub(crate) fn camera(&self, scene: &Scene) -> Result<Camera, Error> {
+        let (width, height) = match self.lens {
+            LensArg::Cube => (self.cube_size.unwrap_or(1024), self.cube_size.unwrap_or(1024)),
+            _ => self.size.unwrap_or((1280, 720)),
+        };
+        let lens = match self.lens {
+            LensArg::Pinhole => Lens::Pinhole { fov: self.fov.unwrap_or(45.0) },
+            LensArg::Ortho => Lens::Ortho { height: self.height.unwrap_or(0.0) },
+            LensArg::Equirect => Lens::Equirect,
+            LensArg::Fisheye => Lens::Fisheye { fov: self.fov.unwrap_or(180.0) },
+            LensArg::Cube => Lens::Cube,
+        };
+        self.refuse_useless()?;
+        let mut camera = Camera::framing(&scene.bounds(), DVec3::new(1.0, 0.7, 1.0), lens, width, height);
+        let view = scene.name.strip_prefix("builtin:").and_then(builtin_view);
+        if let (Some(view), Lens::Pinhole { .. }, None, None) = (view, lens, self.eye, self.target) {
+            camera.eye = DVec3::from_array(view.eye);
+            camera.target = DVec3::from_array(view.target);
+            camera.up = DVec3::from_array(view.up);
+            camera.lens = Lens::Pinhole { fov: self.fov.unwrap_or(view.fov_degrees) };
+        }
+        camera.eye = self.eye.unwrap_or(camera.eye);
+        camera.target = self.target.unwrap_or(camera.target);
+        camera.up = self.up.unwrap_or(camera.up);
+        if let (Lens::Ortho { .. }, Some(height)) = (lens, self.height) {
+            camera.lens = Lens::Ortho { height };
+        }
+        Ok(camera)
+    }
+
+    /// Refuses options that the lens would ignore.
+    fn refuse_useless(&self) -> Result<(), Error> {
+        let (lens, cube) = (self.lens, self.lens == LensArg::Cube);
+        let angle = matches!(lens, LensArg::Pinhole | LensArg::Fisheye);
+        let useless = [
+            (self.fov.is_some() && !angle, "--fov goes with --camera pinhole or fisheye"),
+            (self.height.is_some() && lens != LensArg::Ortho, "--height goes with --camera ortho"),
+            (
+                self.cube_size.is_some() && !cube,
+                "--cube-size goes with --camera cube; the others take --size",
+            ),
+            (self.size.is_some() && cube, "--camera cube takes --cube-size, not --size"),
+            (
+                self.target.is_some() && cube,
+                "--camera cube looks along the world's axes: it takes no --target",
+            ),
+            (self.up.is_some() && cube, "--camera cube looks along the world's axes: it takes no --up"),
+        ];
+        if let Some((_, why)) = useless.iter().find(|(useless, _)| *useless) {
+            return Err(Error::Usage((*why).into()));
+        }
+        Ok(())
+    }
+}
