@@ -1,13 +1,14 @@
-//! Reads the corners of eight triangles into vectors.
+//! Reads the corners of triangles into vectors.
 //!
 //! All vertex numbers are looked up before any position, so that cache misses overlap (koala, one thread: 28 to 19 ms).
 //! Positions are read four floats at a time and transposed in registers: vectors that are put together in memory from
-//! single floats cannot be forwarded to a load.
+//! single floats cannot be forwarded to a load. Boxes take the four floats as they are: a third fewer instructions than
+//! coordinate by coordinate.
 
 use fearless_simd::{f32x4, prelude::*};
 
-use crate::Triangles;
 use crate::lanes::{LANES, Narrow, Points, widen};
+use crate::{Aabb, Triangles};
 
 /// The corners a, b and c of eight triangles.
 #[inline(always)]
@@ -21,6 +22,23 @@ pub(crate) fn corners<S: Simd>(simd: S, triangles: &Triangles<'_>, ids: &[u32; L
         corner(simd, triangles, &vertices, 1),
         corner(simd, triangles, &vertices, 2),
     ]
+}
+
+/// The box of some triangles.
+#[inline(always)]
+pub(crate) fn bounds<S: Simd, const N: usize>(simd: S, triangles: &Triangles<'_>, ids: &[u32; N]) -> Aabb {
+    let mut vertices = [[0; 3]; N];
+    for (vertices, &id) in vertices.iter_mut().zip(ids) {
+        *vertices = triangles.vertices(id);
+    }
+    let mut lo = f32x4::simd_from(simd, f32::INFINITY);
+    let mut hi = -lo;
+    for &vertex in vertices.as_flattened() {
+        let position = f32x4::load_array(simd, triangles.four_from(vertex));
+        (lo, hi) = (lo.min(position), hi.max(position));
+    }
+    let ([x0, y0, z0, _], [x1, y1, z1, _]) = (lo.to_array(), hi.to_array());
+    Aabb { lo: [x0, y0, z0], hi: [x1, y1, z1] }
 }
 
 /// The first corners, as x, y and z, of eight consecutive triangles; the last triangle's are repeated.

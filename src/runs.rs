@@ -12,9 +12,10 @@
 
 use std::mem::size_of;
 
-use fearless_simd::Level;
+use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
+use crate::gather::bounds;
 use crate::lanes::{Boxes, LANES};
 use crate::order::{along_curve, bytes_for};
 use crate::{Aabb, Triangles};
@@ -67,7 +68,7 @@ impl Runs {
             }
             Order { places, triangles: triangles.len() }
         });
-        let boxes = run_boxes(triangles, &order.places);
+        let boxes = run_boxes(triangles, &order.places, level);
         let mut runs = Self { order, levels: vec![boxes], ordering };
         while let Some(top) = runs.levels.last().filter(|top| top.len() > 1) {
             let next = top.chunks(FANOUT).map(|children| gather(children.iter().map(union))).collect();
@@ -169,7 +170,8 @@ fn is_coherent(triangles: &Triangles<'_>) -> bool {
     let sampled = (0..runs).step_by((runs / SAMPLED).max(1));
     let areas = sampled.map(|run| {
         let (ids, count) = ids_of(run, &[], triangles.len());
-        triangles.box_of(&ids, count, area_of)
+        let own = ids[..count].iter().map(|&id| triangles.bounds(id));
+        own.fold((Aabb::EMPTY, 0.0), |(all, sum), own| (all.union(own), sum + area_of(&own)))
     });
     let (of_runs, of_triangles) =
         areas.fold((0.0, 0.0), |sum, (bounds, area)| (sum.0 + area_of(&bounds), sum.1 + area));
@@ -177,18 +179,20 @@ fn is_coherent(triangles: &Triangles<'_>) -> bool {
 }
 
 /// The boxes of all runs.
-fn run_boxes(triangles: &Triangles<'_>, order: &[u32]) -> Vec<Boxes> {
-    let count = triangles.len();
-    let of_run = |run: usize| {
-        let (ids, count) = ids_of(run, order, triangles.len());
-        triangles.box_of(&ids, count, |_| 0.0).0
+fn run_boxes(triangles: &Triangles<'_>, order: &[u32], level: Level) -> Vec<Boxes> {
+    let runs = triangles.len().div_ceil(RUN);
+    let of_vector = |vector: usize| {
+        let mut boxes = Boxes::EMPTY;
+        dispatch!(level, simd => {
+            for (lane, run) in (vector * FANOUT..(vector * FANOUT + FANOUT).min(runs)).enumerate() {
+                // What pads a run is in it.
+                let (ids, _) = ids_of(run, order, triangles.len());
+                boxes.set(lane, &bounds(simd, triangles, &ids));
+            }
+        });
+        boxes
     };
-    let runs = count.div_ceil(RUN);
-    (0..runs.div_ceil(FANOUT))
-        .into_par_iter()
-        .with_min_len(32)
-        .map(|vector| gather((vector * FANOUT..(vector * FANOUT + FANOUT).min(runs)).map(of_run)))
-        .collect()
+    (0..runs.div_ceil(FANOUT)).into_par_iter().with_min_len(32).map(of_vector).collect()
 }
 
 /// Half the surface of a box. Flat boxes count by their perimeter as well, or a wall would weigh nothing.

@@ -83,28 +83,6 @@ impl<'a> Triangles<'a> {
         }
     }
 
-    /// The box of some triangles, and the sum of a measure of their own boxes. All vertices are looked up before any
-    /// position: the cache misses overlap.
-    #[inline(always)]
-    pub(crate) fn box_of<const N: usize>(
-        &self,
-        ids: &[u32; N],
-        count: usize,
-        measure: impl Fn(&Aabb) -> f64,
-    ) -> (Aabb, f64) {
-        let mut vertices = [[0; 3]; N];
-        for (vertices, &id) in vertices.iter_mut().zip(ids) {
-            *vertices = self.vertices(id);
-        }
-        let (mut bounds, mut sum) = (Aabb::EMPTY, 0.0);
-        for vertices in &vertices[..count] {
-            let own = Aabb::of_points(vertices.map(|v| self.positions[v as usize]));
-            bounds = bounds.union(own);
-            sum += measure(&own);
-        }
-        (bounds, sum)
-    }
-
     /// The corners of a triangle in f64, which is exact.
     pub(crate) fn triangle(&self, id: u32) -> Triangle {
         let [a, b, c] = self.indices[id as usize].map(|v| widen(self.positions[v as usize]));
