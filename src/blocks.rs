@@ -20,12 +20,13 @@ use std::ops::Range;
 use fearless_simd::prelude::*;
 
 use crate::depth::precedes;
+use crate::hierarchical_z::{BLOCK_SIDE, HierarchicalZ, TILE_SIDE};
 use crate::lanes::{LANES, Narrow, bits};
-use crate::leaf::{FilmQuery, Tile};
+use crate::leaf::{FilmQuery, LeafDepth, Tile};
 use crate::pencil::Origin;
 use crate::predicates::covers;
 use crate::ray::Ray;
-use crate::tile_depth::{BLOCK_SIDE, Candidate, Record, TILE_SIDE};
+use crate::tile_depth::{Candidate, Record, TileDepth};
 use crate::window::Rect;
 use crate::{Accuracy, Stats};
 
@@ -73,45 +74,73 @@ struct Primitive {
     greatest: f32,
 }
 
-impl Tile<'_> {
-    /// Tests one triangle, set up in a lane, against a rectangle of rays.
+impl LeafDepth for TileDepth {
     #[inline(always)]
-    pub(crate) fn rasterize<S: Simd>(
-        &mut self,
+    fn blocks(&self) -> &HierarchicalZ {
+        &self.blocks
+    }
+
+    #[inline(always)]
+    fn refresh<S: Simd>(&mut self, simd: S) {
+        self.refresh_blocks(simd);
+    }
+
+    #[inline(always)]
+    fn rasterize<S: Simd>(
+        tile: &mut Tile<'_, Self>,
         simd: S,
         (id, lane): (u32, usize),
         rect: Rect,
         greatest: f32,
         stats: &mut Stats,
     ) {
-        let record = self.work.depth.next_record();
+        if !tile.work.depth.ready {
+            tile.work.depth.make_ready();
+        }
+        let record = tile.work.depth.next_record();
         let primitive = Primitive { id, lane, record, greatest };
-        let mut hit = false;
-        if rect.width() <= BLOCK_SIDE {
+        let hit = if rect.width() <= BLOCK_SIDE {
             // One row of lanes is enough, wherever it begins.
             let x = rect.x0.min(TILE_SIDE - BLOCK_SIDE);
-            hit = self.intersect_rows::<S, false>(simd, primitive, (x, rect.y0..rect.y1), stats);
+            tile.intersect_rows::<S, false>(simd, primitive, (x, rect.y0..rect.y1), stats)
         } else {
-            let blocks = (2_u64 << ((rect.x1 - 1) / BLOCK_SIDE)) - (1 << (rect.x0 / BLOCK_SIDE));
-            for by in rect.y0 / BLOCK_SIDE..=(rect.y1 - 1) / BLOCK_SIDE {
-                let (met, inside) = self.classify(simd, primitive, by, blocks);
-                let rows = rect.y0.max(by * BLOCK_SIDE)..rect.y1.min((by + 1) * BLOCK_SIDE);
-                for bx in bits(met) {
-                    // In range: eight blocks.
-                    let part = (bx as u32 * BLOCK_SIDE, rows.clone());
-                    hit |= if inside >> bx & 1 == 1 {
-                        self.intersect_rows::<S, true>(simd, primitive, part, stats)
-                    } else {
-                        self.intersect_rows::<S, false>(simd, primitive, part, stats)
-                    };
-                }
+            tile.intersect_blocks(simd, primitive, rect, stats)
+        };
+        if hit {
+            let depth = &mut tile.work.depth;
+            let [c, x, y, error] = tile.work.setups.key.each_ref().map(|part| part[lane % LANES]);
+            depth.record(Record::new(id, [c, x, y], error));
+            depth.blocks.mark_stale(rect.y0..rect.y1);
+        }
+    }
+}
+
+impl Tile<'_, TileDepth> {
+    /// Tests one triangle block by block; tells whether any ray hit it.
+    #[inline(always)]
+    fn intersect_blocks<S: Simd>(
+        &mut self,
+        simd: S,
+        primitive: Primitive,
+        rect: Rect,
+        stats: &mut Stats,
+    ) -> bool {
+        let mut hit = false;
+        let blocks = (2_u64 << ((rect.x1 - 1) / BLOCK_SIDE)) - (1 << (rect.x0 / BLOCK_SIDE));
+        for by in rect.y0 / BLOCK_SIDE..=(rect.y1 - 1) / BLOCK_SIDE {
+            let (met, inside) = self.classify(simd, primitive, by, blocks);
+            let rows = rect.y0.max(by * BLOCK_SIDE)..rect.y1.min((by + 1) * BLOCK_SIDE);
+            for bx in bits(met) {
+                // In range: eight blocks.
+                let part = (bx as u32 * BLOCK_SIDE, rows.clone());
+                hit |= if inside >> bx & 1 == 1 {
+                    self.intersect_rows::<S, true>(simd, primitive, part, stats)
+                } else {
+                    self.intersect_rows::<S, false>(simd, primitive, part, stats)
+                };
             }
         }
-        if hit {
-            let [c, x, y, error] = self.work.setups.key.each_ref().map(|part| part[lane % LANES]);
-            self.work.depth.record(Record::new(id, [c, x, y], error));
-            self.work.depth.mark_stale(rect.y0..rect.y1);
-        }
+        hit
     }
 
     /// Of some blocks of a row of blocks: those that the triangle may meet, and those on which all rays are inside.
@@ -133,7 +162,7 @@ impl Tile<'_> {
         let range = (along_x[lane].abs() + along_y[lane].abs()) * HALF;
         let greatest = Columns::new(simd, x, &setups.slope, lane).at(y) + (range + setups.bounds[1][lane]);
         let greatest = greatest.min(primitive.greatest);
-        met &= !greatest.simd_lt(self.work.depth.far(simd, by)).to_bitmask();
+        met &= !greatest.simd_lt(self.work.depth.blocks.far(simd, by)).to_bitmask();
         (met, inside & met)
     }
 

@@ -1,9 +1,10 @@
-//! The leaf of grid films, "DirectlyIntersect": a run of triangles against the rays of a tile.
+//! The leaf of films, "DirectlyIntersect": a run of triangles against the rays of a tile.
 //!
 //! 1. Project the corners of the run to columns and rows, unless a neighbouring tile has done so, see
 //!    [`crate::footprints`]; drop triangles that fall between or beside the rays or lie behind all that they have hit.
 //! 2. What is left waits until there are eight triangles.
-//! 3. Set them up, see [`crate::setup`], and evaluate them, see [`crate::blocks`].
+//! 3. Set them up, see [`crate::setup`], and evaluate them: see [`crate::blocks`] for pixels, [`crate::cells`] for
+//!    receivers.
 //!
 //! Tried and dropped: putting off triangles seen from behind to the end of a tile, when most are hidden. 13 % fewer set-ups
 //! on koala, 7 % on chess, none on sponza; no time gained, as runs are met from near to far anyway.
@@ -19,13 +20,13 @@ use glam::DVec3;
 use crate::footprints::{Footprints, Pixels};
 use crate::frustum::{Frustum, Interval, Projection};
 use crate::gather;
+use crate::hierarchical_z::HierarchicalZ;
 use crate::lanes::{Boxes, LANES, Points, bits};
 use crate::pencil::Origin;
 use crate::runs::Runs;
 use crate::setup::{Setups, TileRays, exact_side, set_up};
-use crate::tile_depth::TileDepth;
 use crate::triangles::Triangles;
-use crate::window::{Rect, Window};
+use crate::window::Rect;
 use crate::{Aabb, Accuracy, GridFilm, Stats};
 
 /// What all tiles of one film share.
@@ -44,24 +45,43 @@ pub(crate) struct FilmQuery<'a> {
     pub(crate) any: bool,
 }
 
+/// What is known of the rays of a tile: where they are, and how far something must be to matter.
+pub(crate) trait LeafDepth: Sized {
+    /// The farthest of blocks of rays.
+    fn blocks(&self) -> &HierarchicalZ;
+
+    /// Brings it up to date.
+    fn refresh<S: Simd>(&mut self, simd: S);
+
+    /// Tests one triangle, set up in a lane, against a rectangle of rays; its keys are at most `greatest`.
+    fn rasterize<S: Simd>(
+        tile: &mut Tile<'_, Self>,
+        simd: S,
+        triangle: (u32, usize),
+        rect: Rect,
+        greatest: f32,
+        stats: &mut Stats,
+    );
+}
+
 /// What a thread keeps from tile to tile of one film.
 #[derive(Debug)]
-pub(crate) struct Workspace {
-    pub(crate) depth: TileDepth,
+pub(crate) struct Workspace<D> {
+    pub(crate) depth: D,
     footprints: Footprints,
     /// Triangles that wait.
     waiting: Waiting,
     pub(crate) setups: Setups,
 }
 
-impl Workspace {
-    /// Bytes of a workspace.
-    pub(crate) const BYTES: usize = TileDepth::RECORD_BYTES + Footprints::BYTES + size_of::<Self>();
+impl<D> Workspace<D> {
+    /// Bytes of a workspace, but for what the depth owns.
+    pub(crate) const BYTES: usize = Footprints::BYTES + size_of::<Self>();
 
     /// A workspace for the tiles of one film.
-    pub(crate) fn new() -> Box<Self> {
+    pub(crate) fn new(depth: D) -> Box<Self> {
         Box::new(Self {
-            depth: TileDepth::new(),
+            depth,
             footprints: Footprints::new(),
             waiting: Waiting {
                 ids: [0; LANES],
@@ -93,51 +113,43 @@ struct Waiting {
 
 /// The rays of a rectangle of a film, with what they have hit so far.
 #[derive(Debug)]
-pub(crate) struct Tile<'a> {
+pub(crate) struct Tile<'a, D> {
     pub(crate) query: FilmQuery<'a>,
     pub(crate) rect: Rect,
-    pub(crate) work: &'a mut Workspace,
-    /// Whether some triangle may have met the tile: before that the depth buffer is not cleared.
-    touched: bool,
+    pub(crate) work: &'a mut Workspace<D>,
     frustum: Frustum,
     limits: [f64; 6],
     rays: TileRays,
 }
 
-impl<'a> Tile<'a> {
-    /// A tile of at most [`crate::tile_depth::TILE_SIDE`] squared rays.
-    pub(crate) fn new(query: FilmQuery<'a>, rect: Rect, work: &'a mut Workspace) -> Self {
+impl<'a, D: LeafDepth> Tile<'a, D> {
+    /// A tile of at most [`crate::hierarchical_z::TILE_SIDE`] columns and rows of rays that start at t-coordinates `start`.
+    pub(crate) fn new(query: FilmQuery<'a>, rect: Rect, start: Interval, work: &'a mut Workspace<D>) -> Self {
         let FilmQuery { film, origin, projection, .. } = query;
         let x = Interval { lo: film.x(rect.x0), hi: film.x(rect.x1 - 1) };
         let y = Interval { lo: film.y(rect.y1 - 1), hi: film.y(rect.y0) };
         let [_, right, up] = film.span();
         let span = [film.at(rect.x0, rect.y0), right * film.step(), -up * film.step()];
-        let frustum = Frustum::new(projection, x, y, Interval { lo: 0.0, hi: 0.0 });
+        let frustum = Frustum::new(projection, x, y, start);
         let limits = frustum.limits(&query.bounds);
-        Self { query, rect, work, touched: false, frustum, limits, rays: TileRays { origin, span } }
+        Self { query, rect, work, frustum, limits, rays: TileRays { origin, span } }
     }
 
     /// The boxes, as bits, that some ray may meet, and a lower bound of t within each.
     pub(crate) fn enter(&mut self, boxes: &Boxes) -> (u64, [f64; LANES]) {
         dispatch!(self.query.level, simd => {
-            if self.touched {
-                self.work.depth.refresh(simd);
-            }
+            self.work.depth.refresh(simd);
             self.frustum.enter_lanes(simd, boxes, &self.limits)
         })
     }
 
     /// Whether what lies no nearer than `t` is hidden from all rays.
     pub(crate) fn hides(&self, t: f64) -> bool {
-        self.touched && self.work.depth.hides(greatest_key(self.query.origin, t))
+        self.work.depth.blocks().hides(greatest_key(self.query.origin, t))
     }
 
     /// Tests a run of triangles within a box against all rays; some of them wait for [`Tile::finish`].
     pub(crate) fn intersect(&mut self, runs: &Runs, run: usize, bounds: &Aabb, stats: &mut Stats) {
-        if !self.touched {
-            self.work.depth.clear(self.rect.width(), self.rect.height());
-            self.touched = true;
-        }
         dispatch!(self.query.level, simd => self.intersect_run(simd, runs, (run, bounds), stats));
     }
 
@@ -166,7 +178,7 @@ impl<'a> Tile<'a> {
         let irregular = self.work.footprints.irregular(run);
         for lane in bits(self.work.footprints.meeting(simd, pixels, run, self.rect)) {
             let (rect, greatest) = self.work.footprints.within(pixels, (run, lane), self.rect);
-            if self.work.depth.hides_in_rect(simd, rect, greatest) {
+            if self.work.depth.blocks().hides_in_rect(simd, rect, greatest) {
                 continue;
             }
             let waiting = &mut self.work.waiting;
@@ -204,28 +216,10 @@ impl<'a> Tile<'a> {
         for lane in bits(setups.lanes) {
             let Waiting { rects, greatest, .. } = &self.work.waiting;
             let (id, rect, greatest) = (ids[lane], rects[lane], greatest[lane]);
-            self.rasterize(simd, (id, lane), rect, greatest, stats);
+            D::rasterize(self, simd, (id, lane), rect, greatest, stats);
         }
         let waiting = &mut self.work.waiting;
         (waiting.count, waiting.irregular, waiting.reaches) = (0, 0, [DVec3::ZERO; 2]);
-    }
-
-    /// Writes what the rays have hit.
-    pub(crate) fn write(&self, window: &mut Window<'_>) {
-        if self.touched {
-            dispatch!(self.query.level, simd => self.write_lanes(simd, window));
-        } else {
-            window.miss();
-        }
-    }
-
-    #[inline(always)]
-    fn write_lanes<S: Simd>(&self, simd: S, window: &mut Window<'_>) {
-        let FilmQuery { origin, film, triangles, .. } = self.query;
-        for (j, row) in (0..).zip(&mut window.rows) {
-            let ray = |i| origin.ray(film.at(self.rect.x0 + i, self.rect.y0 + j));
-            self.work.depth.write(simd, j, row, (origin, triangles), ray);
-        }
     }
 }
 

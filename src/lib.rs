@@ -24,6 +24,7 @@ mod frame;
 mod frustum;
 mod gather;
 mod general;
+mod hierarchical_z;
 mod hits;
 mod isa;
 mod lanes;

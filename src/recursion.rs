@@ -19,13 +19,14 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use crate::footprints::Pixels;
-use crate::frustum::Projection;
+use crate::frustum::{Interval, Projection};
+use crate::hierarchical_z::TILE_SIDE;
 use crate::lanes::{Boxes, LANES, bits};
-use crate::leaf::{FilmQuery, Tile, Workspace, greatest_key};
+use crate::leaf::{FilmQuery, LeafDepth, Tile, Workspace, greatest_key};
 use crate::pencil::Pencil;
 use crate::runs::{Node, Runs};
 use crate::scattered::{self, Cluster, ScatteredQuery};
-use crate::tile_depth::TILE_SIDE;
+use crate::tile_depth::TileDepth;
 use crate::window::{Rect, Row, Window};
 use crate::{Aabb, Accuracy, Film, Hits, Stats, TileStats, Triangles};
 
@@ -66,7 +67,8 @@ pub(crate) fn intersect(
     }
     let mut stats = tiles.iter().fold(Stats::default(), |sum, tile: &TileStats| sum.plus(tile.stats));
     // Each thread works on one tile; each tile has its rows of the hits. All that comes after the order was found.
-    let threads = rayon::current_num_threads() * (size_of::<Tile<'_>>() + Workspace::BYTES);
+    let threads = rayon::current_num_threads()
+        * (size_of::<Tile<'_, TileDepth>>() + Workspace::<TileDepth>::BYTES + TileDepth::RECORD_BYTES);
     let rows =
         pencil.len() / TILE_SIDE as usize * size_of::<Row<'_>>() + tiles.len() * size_of::<TileStats>();
     let bytes = runs.bytes() + threads + rows + stats.engine_bytes as usize;
@@ -81,13 +83,14 @@ fn tile_stats(film: usize) -> impl Fn((Rect, Stats)) -> TileStats {
 
 /// Splits the rays of a film down to tiles, and works on them in parallel.
 fn split_film(query: FilmQuery<'_>, runs: &Runs, window: Window<'_>) -> Vec<(Rect, Stats)> {
-    let in_tile = |work: &mut Box<Workspace>, mut window: Window<'_>| {
-        let mut tile = Tile::new(query, window.rect, work);
+    let in_tile = |work: &mut Box<Workspace<TileDepth>>, mut window: Window<'_>| {
+        work.depth.clear(window.rect.width(), window.rect.height());
+        let mut tile = Tile::new(query, window.rect, Interval { lo: 0.0, hi: 0.0 }, work);
         let stats = intersect_objects(&mut tile, runs);
         tile.write(&mut window);
         (window.rect, stats)
     };
-    window.tiles(TILE_SIDE).into_par_iter().map_init(Workspace::new, in_tile).collect()
+    window.tiles(TILE_SIDE).into_par_iter().map_init(|| Workspace::new(TileDepth::new()), in_tile).collect()
 }
 
 /// A set of rays that one bound stands for.
@@ -136,7 +139,7 @@ fn descend(rays: &mut impl SubPencil, runs: &Runs, node: Node, stats: &mut Stats
     }
 }
 
-impl SubPencil for Tile<'_> {
+impl<D: LeafDepth> SubPencil for Tile<'_, D> {
     fn enter(&mut self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
         let (met, ts) = self.enter(boxes);
         stats.frustum_tests += LANES as u64;

@@ -6,16 +6,18 @@
 //!
 //! Based on: Michael Deering et al., "The Triangle Processor and Normal Vector Shader", 1988 (deferred evaluation).
 
-use fearless_simd::{prelude::*, u32x8};
+use fearless_simd::{dispatch, prelude::*, u32x8};
 
+use crate::hierarchical_z::BLOCK_SIDE;
 use crate::hits::NO_TRIANGLE;
 use crate::lanes::{LANES, Lanes, Narrow, NarrowMask, bits, narrow};
+use crate::leaf::{FilmQuery, Tile};
 use crate::pencil::Origin;
 use crate::predicates::Distance;
 use crate::ray::Ray;
-use crate::tile_depth::{BLOCK_SIDE, KEY_ERROR, Record, SIDE, TileDepth, eight};
+use crate::tile_depth::{KEY_ERROR, Record, SIDE, TileDepth, eight};
 use crate::triangles::Triangles;
-use crate::window::Row;
+use crate::window::{Row, Window};
 
 /// The error of a key for 1/key and −key, with their roundings and that of the key to f32.
 const T_ERROR: f64 = KEY_ERROR * 1.01;
@@ -25,10 +27,30 @@ const PLAIN_T: [f32; 2] = [1e-30, 1e30];
 /// 0 to 7.
 const COLUMNS: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
+impl Tile<'_, TileDepth> {
+    /// Writes what the rays have hit.
+    pub(crate) fn write(&self, window: &mut Window<'_>) {
+        if self.work.depth.ready {
+            dispatch!(self.query.level, simd => self.write_lanes(simd, window));
+        } else {
+            window.miss();
+        }
+    }
+
+    #[inline(always)]
+    fn write_lanes<S: Simd>(&self, simd: S, window: &mut Window<'_>) {
+        let FilmQuery { origin, film, triangles, .. } = self.query;
+        for (j, row) in (0..).zip(&mut window.rows) {
+            let ray = |i| origin.ray(film.at(self.rect.x0 + i, self.rect.y0 + j));
+            self.work.depth.write(simd, j, row, (origin, triangles), ray);
+        }
+    }
+}
+
 impl TileDepth {
     /// Writes ids and distances of row `y`. `ray` makes the ray of a column.
     #[inline(always)]
-    pub(crate) fn write<S: Simd>(
+    fn write<S: Simd>(
         &self,
         simd: S,
         y: u32,

@@ -25,10 +25,10 @@ use glam::DVec3;
 
 use crate::approx::{Sign, TRIPLE_PRODUCT_ERROR};
 use crate::bounds::U;
+use crate::hierarchical_z::TILE_SIDE;
 use crate::lanes::{LANES, LaneMask, Lanes, Points, bits, narrow};
 use crate::pencil::Origin;
 use crate::predicates::{facing, orientation};
-use crate::tile_depth::TILE_SIDE;
 use crate::triangles::Triangle;
 
 /// The unit roundoff of f32.

@@ -8,26 +8,17 @@
 //! Records of triangles that have been hidden since are dropped when there is no room for more: a tile has fewer rays than
 //! records.
 //!
-//! Blocks keep a lower bound of their rays' keys: what lies behind it is hidden from all of them. It is known only once all
-//! rays of a block have hit something, and a bound that is out of date is still one, so it is refreshed now and then.
+//! The farthest of a block, see [`crate::hierarchical_z`], is known only once all of its rays have hit something.
 //!
-//! Based on: Ned Greene, Michael Kass, Gavin Miller, "Hierarchical Z-Buffer Visibility", 1993; Jon Hasselgren, Magnus
-//! Andersson, Tomas Akenine-Möller, "Masked Software Occlusion Culling", 2016 (lazy updates).
+//! Based on: Edwin Catmull, "A Subdivision Algorithm for Computer Display of Curved Surfaces", 1974 (the z-buffer).
 
 use std::mem::size_of;
-use std::ops::Range;
 
 use fearless_simd::{prelude::*, u32x8};
 
+use crate::hierarchical_z::{HierarchicalZ, TILE_SIDE, least_of};
 use crate::lanes::{LANES, Narrow, NarrowMask, bits};
-use crate::window::Rect;
 
-/// Rays along one side of a block: as many as there are lanes.
-pub(crate) const BLOCK_SIDE: u32 = 8;
-/// Rays along one side of a tile: its buffer, 12 bytes per ray, stays in the second-level cache.
-pub(crate) const TILE_SIDE: u32 = 64;
-/// Blocks along one side of a tile: as many as there are lanes.
-pub(crate) const TILE_BLOCKS: u32 = TILE_SIDE / BLOCK_SIDE;
 /// Rays along one side of a tile.
 pub(crate) const SIDE: usize = TILE_SIDE as usize;
 
@@ -75,12 +66,12 @@ pub(crate) struct TileDepth {
     pub(crate) records: Vec<Record>,
     /// Per row, the rays that have hit something.
     pub(crate) covered: [u64; SIDE],
-    /// Per block, a lower bound of its rays' keys.
-    far: [[f32; LANES]; TILE_BLOCKS as usize],
-    /// Rows of blocks whose bounds may be out of date.
-    stale: u64,
-    /// The least of `far`.
-    farthest: f32,
+    /// The farthest of the blocks.
+    pub(crate) blocks: HierarchicalZ,
+    /// Columns and rows.
+    size: [u32; 2],
+    /// Whether all of the above is ready: it is not before some triangle may have met a ray.
+    pub(crate) ready: bool,
 }
 
 impl TileDepth {
@@ -95,23 +86,29 @@ impl TileDepth {
             nearest: [[NO_RECORD; SIDE]; SIDE],
             records: Vec::with_capacity(RECORDS),
             covered: [0; SIDE],
-            far: [[0.0; LANES]; TILE_BLOCKS as usize],
-            stale: 0,
-            farthest: 0.0,
+            blocks: HierarchicalZ::new(),
+            size: [0; 2],
+            ready: false,
         }
     }
 
     /// Forgets all hits. Rays outside `width` x `height` do not exist: everything is hidden from them.
     pub(crate) fn clear(&mut self, width: u32, height: u32) {
+        (self.blocks, self.size, self.ready) = (HierarchicalZ::new(), [width, height], false);
+    }
+
+    /// Readies the buffer.
+    #[inline(never)]
+    pub(crate) fn make_ready(&mut self) {
         self.lo.fill([f32::NEG_INFINITY; SIDE]);
         self.hi.fill([f32::NEG_INFINITY; SIDE]);
         self.nearest.fill([NO_RECORD; SIDE]);
         self.records.clear();
         self.covered.fill(0);
-        self.far = [[f32::NEG_INFINITY; LANES]; TILE_BLOCKS as usize];
-        (self.stale, self.farthest) = (u64::MAX >> (u64::BITS - TILE_BLOCKS), f32::NEG_INFINITY);
+        let [width, height] = self.size.map(|side| side as usize);
+        self.ready = true;
         for y in 0..SIDE {
-            let outside = if y < height as usize { width as usize } else { 0 };
+            let outside = if y < height { width } else { 0 };
             self.lo[y][outside..].fill(f32::INFINITY);
             self.hi[y][outside..].fill(f32::INFINITY);
             self.covered[y] = u64::MAX.checked_shl(outside as u32).unwrap_or(0);
@@ -122,13 +119,6 @@ impl TileDepth {
     #[inline(always)]
     fn cover(&mut self, x: u32, y: u32, rays: u64) {
         self.covered[y as usize % SIDE] |= rays << (x % TILE_SIDE);
-    }
-
-    /// Notes that the bounds of a row of blocks may be out of date.
-    #[inline(always)]
-    pub(crate) fn mark_stale(&mut self, rows: Range<u32>) {
-        let (first, last) = (rows.start / BLOCK_SIDE, (rows.end - 1) / BLOCK_SIDE);
-        self.stale |= (2 << last) - (1 << first);
     }
 
     /// The number that the next record will have.
@@ -163,14 +153,14 @@ impl TileDepth {
         self.records = kept;
     }
 
-    /// Brings the lower bounds up to date. O(rays of stale rows of blocks).
+    /// Brings the lower bounds of blocks up to date. O(rays of stale rows of blocks).
     #[inline(always)]
-    pub(crate) fn refresh<S: Simd>(&mut self, simd: S) {
-        if self.stale == 0 {
+    pub(crate) fn refresh_blocks<S: Simd>(&mut self, simd: S) {
+        if !self.ready {
             return;
         }
         let mut changed = false;
-        for by in bits(std::mem::take(&mut self.stale)) {
+        for by in bits(self.blocks.take_stale()) {
             let rows = by % LANES * LANES..by % LANES * LANES + LANES;
             let all = self.covered[rows.clone()].iter().fold(u64::MAX, |all, row| all & row);
             for bx in 0..LANES {
@@ -179,44 +169,14 @@ impl TileDepth {
                     for row in &self.lo[rows.clone()] {
                         least = least.min(Narrow::from_slice(simd, &row[bx * LANES..bx * LANES + LANES]));
                     }
-                    self.far[by % LANES][bx] = least_of(least);
+                    self.blocks.set(bx, by, least_of(least));
                     changed = true;
                 }
             }
         }
         if changed {
-            let mut least = Narrow::load_array_ref(simd, &self.far[0]);
-            for row in &self.far[1..] {
-                least = least.min(Narrow::load_array_ref(simd, row));
-            }
-            self.farthest = least_of(least);
+            self.blocks.sum_up(simd);
         }
-    }
-
-    /// Whether something whose keys are at most `key` is hidden from all rays.
-    pub(crate) fn hides(&self, key: f64) -> bool {
-        key < f64::from(self.farthest)
-    }
-
-    /// Whether something whose keys are at most `key` is hidden from all blocks that a rectangle of rays meets.
-    #[inline(always)]
-    pub(crate) fn hides_in_rect<S: Simd>(&self, simd: S, rect: Rect, key: f32) -> bool {
-        if key < self.farthest {
-            return true;
-        }
-        let blocks = (2_u64 << ((rect.x1 - 1) / BLOCK_SIDE)) - (1 << (rect.x0 / BLOCK_SIDE));
-        for by in rect.y0 / BLOCK_SIDE..=(rect.y1 - 1) / BLOCK_SIDE {
-            if self.far(simd, by).simd_gt(key).to_bitmask() & blocks != blocks {
-                return false;
-            }
-        }
-        true
-    }
-
-    /// The lower bounds of a row of blocks.
-    #[inline(always)]
-    pub(crate) fn far<S: Simd>(&self, simd: S, by: u32) -> Narrow<S> {
-        Narrow::load_array_ref(simd, &self.far[(by % TILE_BLOCKS) as usize])
     }
 
     /// Lower bounds of the keys of eight rays from column `x` of row `y`.
@@ -232,7 +192,8 @@ impl TileDepth {
     }
 
     /// Keeps bounds and the number of a record for some of eight rays from column `x` of row `y`, the others having the
-    /// second of the bounds. The row of blocks is to be told by [`TileDepth::mark_stale`].
+    /// second of the bounds. The row of blocks is to be told by
+    /// [`HierarchicalZ::mark_stale`].
     #[inline(always)]
     pub(crate) fn keep<S: Simd>(
         &mut self,
@@ -286,10 +247,4 @@ pub(crate) fn eight<T>(row: &[T; SIDE], x: u32) -> &[T] {
 fn eight_mut<T>(row: &mut [T; SIDE], x: u32) -> &mut [T] {
     let x = (x as usize).min(SIDE - LANES);
     &mut row[x..x + LANES]
-}
-
-/// The least lane; none is NaN.
-#[inline(always)]
-fn least_of<S: Simd>(lanes: Narrow<S>) -> f32 {
-    lanes.to_array().into_iter().fold(f32::INFINITY, |least, x| if x < least { x } else { least })
 }
