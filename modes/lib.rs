@@ -22,8 +22,8 @@
 
 pub use umbel_core::{
     Aabb, Accuracy, Cone, Film, Frame, Frustum, GridFilm, Hit, Hits, Isa, NO_TRIANGLE, Options, Origin, Path,
-    Pencil, Ray, Rays, Segment, Side, Stats, TileStats, TriangleId, Triangles, any_hit, blocked, closest_hit,
-    glam,
+    Pencil, Ray, Rays, Receiver, Segment, Side, Stats, TileStats, TriangleId, Triangles, any_hit, blocked,
+    closest_hit, glam, shadowed,
 };
 
 mod builtin;

@@ -169,6 +169,15 @@ fn power_of_two(e: i32) -> f64 {
     }
 }
 
+/// Where the rays of a film lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sampling {
+    /// At the centres of its columns and rows.
+    Grid,
+    /// Anywhere.
+    Scattered,
+}
+
 /// The rays of one film of a pencil.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Film {

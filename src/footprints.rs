@@ -16,6 +16,7 @@ use std::mem::size_of;
 use fearless_simd::{i16x16, i32x8, prelude::*};
 use glam::DVec3;
 
+use crate::film::Sampling;
 use crate::frustum::{Functional, Projection};
 use crate::gather::corners;
 use crate::lanes::{LANES, LaneMask, Lanes, Narrow, NarrowMask, Points, narrow, widen};
@@ -51,6 +52,7 @@ pub(crate) struct Pixels {
     slack: f32,
     /// Columns and rows are kept over two to the power of this.
     shift: u32,
+    sampling: Sampling,
 }
 
 /// The footprints of a run.
@@ -81,6 +83,11 @@ impl Footprints {
         let none =
             RunFootprints { run: usize::MAX, sides: [[0; RUN]; 4], greatest: [0.0; RUN], irregular: 0 };
         Self { runs: vec![none; KEPT].into_boxed_slice() }
+    }
+
+    /// Forgets all footprints: they are those of another film.
+    pub(crate) fn forget(&mut self) {
+        self.runs.iter_mut().for_each(|footprints| footprints.run = usize::MAX);
     }
 
     /// Whether the footprints of a run are kept.
@@ -155,7 +162,7 @@ impl Footprints {
 
 impl Pixels {
     /// The columns and rows of a film.
-    pub(crate) fn new(projection: &Projection, film: &GridFilm) -> Self {
+    pub(crate) fn new(projection: &Projection, film: &GridFilm, sampling: Sampling) -> Self {
         let Projection { base, perspective, x, y, t } = *projection;
         let (x0, y0, inverse) = (film.x(0), film.y(0), 1.0 / film.step());
         // The step is a power of two, so its inverse is exact.
@@ -177,6 +184,7 @@ impl Pixels {
             last: [film.width(), film.height()].map(|size| f64::from(size - 1)),
             slack: slack as f32,
             shift: (0..32).find(|shift| (longest - 1) >> shift <= GREATEST).unwrap_or(0),
+            sampling,
         }
     }
 
@@ -227,7 +235,8 @@ impl Pixels {
         // Triangles around one ray alone: half of them miss it. Columns and rows err by less than the slack, and differ from
         // the ray's by less than two, so edge functions err by less than eight times the slack.
         let [x0, y0, x1, y1] = sides;
-        let single = (x0.simd_eq(x1) & y0.simd_eq(y1)).to_bitmask() & regular.to_bitmask();
+        let grid = if self.sampling == Sampling::Grid { lanes } else { 0 };
+        let single = (x0.simd_eq(x1) & y0.simd_eq(y1)).to_bitmask() & regular.to_bitmask() & grid;
         if single & kept != 0 {
             kept &= !(single & misses(seen, [widen(x0), widen(y0)], 8.0 * f64::from(self.slack)));
         }
@@ -254,7 +263,12 @@ impl Pixels {
         let (first, last) = (Lanes::simd_from(simd, -4.0), Lanes::simd_from(simd, self.last[axis] + 4.0));
         let from = narrow(regular.select(lo, first).max(first).min(last)) - self.slack;
         let to = narrow(regular.select(hi, last).max(first).min(last)) + self.slack;
-        (from.ceil().max(0.0), to.floor().min(self.last[axis] as f32))
+        // Rays lie at whole columns, or between them.
+        let (from, to) = match self.sampling {
+            Sampling::Grid => (from.ceil(), to.floor()),
+            Sampling::Scattered => (from.floor(), to.ceil()),
+        };
+        (from.max(0.0), to.min(self.last[axis] as f32))
     }
 
     /// The t from which corners are regular, and the error of t.

@@ -8,7 +8,7 @@
 //! 2011 (a permutation is all that remains).
 
 use crate::runs::Order;
-use crate::{Error, Hits, Options, Rays, Stats, TileStats, Triangles, query};
+use crate::{Error, Hits, Options, Origin, Rays, Receiver, Stats, TileStats, Triangles, query};
 
 /// Hits, and what the next query may use again.
 ///
@@ -61,6 +61,23 @@ impl Frame {
             self.order = None;
         }
         query::run(triangles, rays.into(), options, false, self)
+    }
+
+    /// Finds which receivers a light does not see, as [`crate::shadowed`] does. The hits of this frame stay what they are.
+    ///
+    /// # Errors
+    /// As [`crate::shadowed`].
+    pub fn shadowed(
+        &mut self,
+        triangles: &Triangles<'_>,
+        light: Origin,
+        receivers: &[Receiver],
+        options: &Options,
+    ) -> Result<(Vec<bool>, Stats), Error> {
+        if !self.keeps_order {
+            self.order = None;
+        }
+        query::run_shadowed(triangles, (light, receivers), options, self)
     }
 
     /// The hits of the last query.

@@ -8,7 +8,7 @@
 use fearless_simd::{f32x4, prelude::*};
 
 use crate::lanes::{LANES, Narrow, Points, widen};
-use crate::{Aabb, Triangles};
+use crate::{Aabb, Receiver, Triangles};
 
 /// The corners a, b and c of eight triangles.
 #[inline(always)]
@@ -22,6 +22,18 @@ pub(crate) fn corners<S: Simd>(simd: S, triangles: &Triangles<'_>, ids: &[u32; L
         corner(simd, triangles, &vertices, 1),
         corner(simd, triangles, &vertices, 2),
     ]
+}
+
+/// At most eight points; the last one is repeated.
+#[inline(always)]
+pub(crate) fn points<S: Simd>(simd: S, receivers: &[Receiver]) -> Points<S> {
+    let mut read = [f32x4::simd_from(simd, 0.0); LANES];
+    for (lane, read) in read.iter_mut().enumerate() {
+        let [x, y, z] = receivers[lane.min(receivers.len() - 1)].point;
+        *read = f32x4::load_array(simd, [x, y, z, 0.0]);
+    }
+    let [x, y, z] = eight_transposed(read);
+    Points { x: widen(x), y: widen(y), z: widen(z) }
 }
 
 /// The box of some triangles.
@@ -72,7 +84,12 @@ fn positions<S: Simd>(
     for (read, vertices) in read.iter_mut().zip(vertices) {
         *read = f32x4::load_array(simd, triangles.four_from(vertices[k]));
     }
-    let [a, b, c, d, e, f, g, h] = read;
+    eight_transposed(read)
+}
+
+/// First, second and third elements of eight vectors.
+#[inline(always)]
+fn eight_transposed<S: Simd>([a, b, c, d, e, f, g, h]: [f32x4<S>; LANES]) -> [Narrow<S>; 3] {
     let (low, high) = (transposed(a, b, c, d), transposed(e, f, g, h));
     [low[0].combine(high[0]), low[1].combine(high[1]), low[2].combine(high[2])]
 }

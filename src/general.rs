@@ -24,8 +24,10 @@ use std::mem::size_of;
 
 use crate::depth::precedes;
 use crate::hits::NO_TRIANGLE;
+use crate::pencil::Origin;
 use crate::predicates::{Distance, covers, within_interval};
 use crate::segment::Segment;
+use crate::shadow::{Receiver, blocks, culling_ray};
 use crate::triangles::Triangle;
 use crate::{Aabb, Hits, Ray, Rays, Stats, Triangles};
 
@@ -57,6 +59,8 @@ pub(crate) enum Probes<'a> {
     Rays(Rays<'a>),
     /// Segments: any triangle that blocks one will do.
     Segments(&'a [Segment]),
+    /// A light and what it may not see.
+    Shadows(Origin, &'a [Receiver]),
 }
 
 impl Probes<'_> {
@@ -64,14 +68,16 @@ impl Probes<'_> {
         match self {
             Self::Rays(rays) => rays.len(),
             Self::Segments(segments) => segments.len(),
+            Self::Shadows(_, receivers) => receivers.len(),
         }
     }
 
-    /// The ray of a probe: that of a segment is good for culling only.
+    /// The ray of a probe: that of a segment or a shadow is good for culling only.
     fn ray(&self, index: u32) -> Ray {
         match self {
             Self::Rays(rays) => rays.ray(index),
             Self::Segments(segments) => segments[index as usize].as_ray(),
+            Self::Shadows(light, receivers) => culling_ray(*light, &receivers[index as usize]),
         }
     }
 }
@@ -186,6 +192,12 @@ impl Query<'_> {
                     Probes::Rays(rays) => self.test(rays, active, id, &triangle, &mut stats),
                     Probes::Segments(segments) => {
                         if segments[active.ray as usize].is_blocked_by(id, &triangle) {
+                            active.id = id;
+                        }
+                    }
+                    Probes::Shadows(light, receivers) => {
+                        let receiver = &receivers[active.ray as usize];
+                        if blocks(light, receiver, (id, &triangle), &mut stats.ambiguous_coverage) {
                             active.id = id;
                         }
                     }

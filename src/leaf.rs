@@ -17,6 +17,7 @@ use std::mem::size_of;
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 
+use crate::film::Sampling;
 use crate::footprints::{Footprints, Pixels};
 use crate::frustum::{Frustum, Interval, Projection};
 use crate::gather;
@@ -41,6 +42,7 @@ pub(crate) struct FilmQuery<'a> {
     pub(crate) bounds: Aabb,
     pub(crate) accuracy: Accuracy,
     pub(crate) level: Level,
+    pub(crate) sampling: Sampling,
     /// Whether any hit will do.
     pub(crate) any: bool,
 }
@@ -94,6 +96,11 @@ impl<D> Workspace<D> {
             setups: Setups::EMPTY,
         })
     }
+
+    /// Readies the workspace for another film.
+    pub(crate) fn forget_footprints(&mut self) {
+        self.footprints.forget();
+    }
 }
 
 /// Triangles that may meet a tile and wait for more.
@@ -125,14 +132,14 @@ pub(crate) struct Tile<'a, D> {
 impl<'a, D: LeafDepth> Tile<'a, D> {
     /// A tile of at most [`crate::hierarchical_z::TILE_SIDE`] columns and rows of rays that start at t-coordinates `start`.
     pub(crate) fn new(query: FilmQuery<'a>, rect: Rect, start: Interval, work: &'a mut Workspace<D>) -> Self {
-        let FilmQuery { film, origin, projection, .. } = query;
+        let FilmQuery { film, origin, projection, sampling, .. } = query;
         let x = Interval { lo: film.x(rect.x0), hi: film.x(rect.x1 - 1) };
         let y = Interval { lo: film.y(rect.y1 - 1), hi: film.y(rect.y0) };
         let [_, right, up] = film.span();
         let span = [film.at(rect.x0, rect.y0), right * film.step(), -up * film.step()];
         let frustum = Frustum::new(projection, x, y, start);
         let limits = frustum.limits(&query.bounds);
-        Self { query, rect, work, frustum, limits, rays: TileRays { origin, span } }
+        Self { query, rect, work, frustum, limits, rays: TileRays { origin, span, sampling } }
     }
 
     /// The boxes, as bits, that some ray may meet, and a lower bound of t within each.

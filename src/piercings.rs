@@ -55,6 +55,11 @@ impl Plane {
         Self { origin, axis, negative: direction[axis] < 0.0 }
     }
 
+    /// The plane with a number, see [`Plane::face`].
+    pub(crate) fn numbered(origin: Origin, face: usize) -> Self {
+        Self { origin, axis: face / 2, negative: face % 2 == 1 }
+    }
+
     /// The number of the plane among those of one origin.
     pub(crate) fn face(&self) -> u64 {
         2 * self.axis as u64 + u64::from(self.negative)

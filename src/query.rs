@@ -7,7 +7,10 @@ use fearless_simd::Level;
 use crate::general::{self, Probes};
 use crate::hits::NO_TRIANGLE;
 use crate::runs::Runs;
-use crate::{Error, Frame, Hits, Options, Path, Ray, Rays, Segment, Stats, Triangles, recursion};
+use crate::{
+    Error, Frame, Hits, Options, Origin, Path, Ray, Rays, Receiver, Segment, Stats, Triangles, clusters,
+    recursion, shadow,
+};
 
 /// Finds the nearest triangle along each ray: by exact t, then by the smaller id.
 ///
@@ -55,6 +58,47 @@ pub fn blocked(
     let mut hits = Hits::missed(segments.len());
     let stats = in_pool(|| general::intersect(triangles, Probes::Segments(segments), true, &mut hits))?;
     Ok((hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats))
+}
+
+/// Finds which receivers a light does not see: for exact shadows, with no resolution and no bias. See [`Receiver`].
+///
+/// The light is a point, or the direction that its rays travel in. Receivers that follow each other should lie near each
+/// other, as those of a picture's tiles do: any order gives the same answer, a poor one takes longer.
+///
+/// # Errors
+/// When the light is out of range, a receiver is not finite, there are too many, or the thread flushes subnormal numbers to
+/// zero.
+pub fn shadowed(
+    triangles: &Triangles<'_>,
+    light: Origin,
+    receivers: &[Receiver],
+    options: &Options,
+) -> Result<(Vec<bool>, Stats), Error> {
+    Frame::new().shadowed(triangles, light, receivers, options)
+}
+
+/// The same with what the frame has.
+pub(crate) fn run_shadowed(
+    triangles: &Triangles<'_>,
+    (light, receivers): (Origin, &[Receiver]),
+    options: &Options,
+    frame: &mut Frame,
+) -> Result<(Vec<bool>, Stats), Error> {
+    let level = check_call(receivers.len(), options)?;
+    shadow::check(light, receivers)?;
+    in_pool(|| match options.path {
+        Path::Pencil => {
+            let runs = Runs::new(triangles, level, frame.order.take());
+            let found = clusters::shadowed(triangles, (light, receivers), &runs, (options.accuracy, level));
+            frame.order = Some(runs.into_order());
+            found
+        }
+        Path::General => {
+            let mut hits = Hits::missed(receivers.len());
+            let stats = general::intersect(triangles, Probes::Shadows(light, receivers), true, &mut hits);
+            (hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats)
+        }
+    })
 }
 
 /// Checks the rays and takes the path of the options. Uses what the frame has, and leaves the answer there.

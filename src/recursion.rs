@@ -18,6 +18,7 @@ use std::mem::size_of;
 use fearless_simd::Level;
 use rayon::prelude::*;
 
+use crate::film::Sampling;
 use crate::footprints::Pixels;
 use crate::frustum::{Interval, Projection};
 use crate::hierarchical_z::TILE_SIDE;
@@ -53,9 +54,20 @@ pub(crate) fn intersect(
                     window.miss();
                     continue;
                 };
-                let pixels = &Pixels::new(projection, film);
-                let query =
-                    FilmQuery { triangles, origin, film, projection, pixels, bounds, accuracy, level, any };
+                let sampling = Sampling::Grid;
+                let pixels = &Pixels::new(projection, film, sampling);
+                let query = FilmQuery {
+                    triangles,
+                    origin,
+                    film,
+                    projection,
+                    pixels,
+                    bounds,
+                    accuracy,
+                    level,
+                    sampling,
+                    any,
+                };
                 tiles.extend(split_film(query, runs, window).into_iter().map(tile_stats(index)));
             }
             Film::Scattered(samples) => {

@@ -25,6 +25,7 @@ use glam::DVec3;
 
 use crate::approx::{Sign, TRIPLE_PRODUCT_ERROR};
 use crate::bounds::U;
+use crate::film::Sampling;
 use crate::hierarchical_z::TILE_SIDE;
 use crate::lanes::{LANES, LaneMask, Lanes, Points, bits, narrow};
 use crate::pencil::Origin;
@@ -38,8 +39,11 @@ const U32: f64 = 1.0 / (1 << 24) as f64;
 /// terms of second order and for forming the bound.
 const AFFINE_ERROR: f64 = 6.0 * U32;
 
-/// The same for keys, twice: a bound of the error is part of what is evaluated, and blocks add half of their range.
-const KEY_AFFINE_ERROR: f64 = 12.0 * U32;
+/// Columns and rows that are no whole numbers: rounding them to f32, and a part of that for their own error.
+const PLACE_ERROR: f64 = 1.5 * U32;
+
+/// Errors of keys count twice: a bound of the error is part of what is evaluated, and blocks add half of their range.
+const KEY_FACTOR: f64 = 2.0;
 
 /// Roundings of bounds of bounds: a handful of operations, each (1 + u).
 const BOUND_SLACK: f64 = 1.0 + 16.0 * U;
@@ -87,6 +91,7 @@ pub(crate) struct TileRays {
     pub(crate) origin: Origin,
     /// F, R and U: the first ray, the step to the next column and the step to the next row.
     pub(crate) span: [DVec3; 3],
+    pub(crate) sampling: Sampling,
 }
 
 impl TileRays {
@@ -95,6 +100,14 @@ impl TileRays {
         match self.origin {
             Origin::Point(point) => point,
             Origin::Infinity(_) => self.span[0],
+        }
+    }
+
+    /// The error of evaluating an affine function in f32, as a part of its size.
+    fn affine_error(&self) -> f64 {
+        match self.sampling {
+            Sampling::Grid => AFFINE_ERROR,
+            Sampling::Scattered => AFFINE_ERROR + PLACE_ERROR,
         }
     }
 
@@ -179,7 +192,7 @@ pub(crate) fn set_up<S: Simd>(
     for edge in 0..3 {
         let next = (edge + 1) % 3;
         let function = edge_function(simd, rays, relative[edge].plus(relative[next]), sides[edge]);
-        let error = longest[edge] * edge_error + function.size() * AFFINE_ERROR + TINY;
+        let error = longest[edge] * edge_error + function.size() * rays.affine_error() + TINY;
         let scale = power_of_two_below((zero + 1.0) / error);
         let scaled = function.times(negative.select(-scale, scale)).0;
         for (stored, part) in setups.edges[edge].iter_mut().zip(scaled) {
@@ -192,7 +205,8 @@ pub(crate) fn set_up<S: Simd>(
         Origin::Infinity(_) => -normal.dot_lanes(relative[0]),
     };
     let numerator = Affine([numerator, normal.dot(rays.span[1]), normal.dot(rays.span[2])]);
-    store_key(numerator, product * numerator_error, denominator, denominator_error, zero, setups);
+    let quotient = [product * numerator_error, denominator, denominator_error];
+    store_key(zero, numerator, quotient, rays.affine_error() * KEY_FACTOR, setups);
 }
 
 /// c, v_x and v_y of an edge function, given the sum of its ends (from the base) and their difference.
@@ -215,11 +229,10 @@ fn edge_function<S: Simd>(simd: S, rays: &TileRays, ends: Points<S>, along: Poin
 /// The key as a quotient, and its bounds in f32. Where the divisor may be zero the bounds are infinite.
 #[inline(always)]
 fn store_key<S: Simd>(
-    numerator: Affine<S>,
-    numerator_error: Lanes<S>,
-    denominator: Lanes<S>,
-    denominator_error: Lanes<S>,
     zero: Lanes<S>,
+    numerator: Affine<S>,
+    [numerator_error, denominator, denominator_error]: [Lanes<S>; 3],
+    affine_error: f64,
     setups: &mut Setups,
 ) {
     let inverse = (zero + 1.0) / denominator;
@@ -228,7 +241,7 @@ fn store_key<S: Simd>(
     let certain = denominator.abs() - denominator_error;
     // Three roundings of the quotient and four of its evaluation in f64, each of at most the size.
     let error = (numerator_error + size * denominator_error) / certain * BOUND_SLACK + size * (8.0 * U);
-    let slack = error + size * KEY_AFFINE_ERROR + KEY_UNDERFLOW;
+    let slack = error + size * affine_error + KEY_UNDERFLOW;
     // Comparisons with NaN are false.
     let sound = certain.simd_gt(zero) & (size + slack).simd_lt(zero + KEY_LIMIT);
     let infinite = zero + f64::INFINITY;
