@@ -23,7 +23,7 @@ use crate::window::Rect;
 use crate::{Accuracy, Stats};
 
 /// The most points of a tile.
-pub(crate) const CLUSTER: usize = 2048;
+pub(crate) const CLUSTER: usize = 4096;
 /// Columns and rows of a cell.
 const CELL_SIDE: u32 = 2;
 /// Cells along one side of a tile, and of a block.

@@ -39,6 +39,9 @@ const LEAST_WIDTH: f64 = 1.0 / (1 << 20) as f64;
 /// X and Y of points on their film lie within ±62, those of its columns and rows within ±63.
 const FILM_REACH: f64 = (TILE_SIDE - 2) as f64;
 
+/// Runs whose footprints are kept: each is met once by a film.
+const KEPT: usize = 1;
+
 /// What all clusters share.
 #[derive(Debug, Clone, Copy)]
 struct ShadowQuery<'a> {
@@ -57,10 +60,10 @@ struct Scratch<'a> {
 
 impl Scratch<'_> {
     /// Bytes of it.
-    const BYTES: usize = Workspace::<Cells<'_>>::BYTES + size_of::<Sightings>() + size_of::<Self>();
+    const BYTES: usize = Workspace::<Cells<'_>>::bytes(KEPT) + size_of::<Sightings>() + size_of::<Self>();
 
     fn new() -> Self {
-        Self { work: Workspace::new(Cells::new()), seen: Box::new(Sightings::new()) }
+        Self { work: Workspace::new(Cells::new(), KEPT), seen: Box::new(Sightings::new()) }
     }
 }
 

@@ -24,8 +24,8 @@ use crate::runs::RUN;
 use crate::window::Rect;
 use crate::{GridFilm, Triangles};
 
-/// Runs whose footprints a thread keeps: 52 KiB.
-const KEPT: usize = 256;
+/// Runs whose footprints a thread keeps where tiles share a film: 52 KiB. A power of two.
+pub(crate) const KEPT: usize = 256;
 
 /// Columns around a triangle that count as its own: more than regular corners err by on films of up to 2⁷ columns; wider
 /// ones need more, see [`Pixels::new`].
@@ -75,14 +75,22 @@ pub(crate) struct Footprints {
 }
 
 impl Footprints {
-    /// Bytes of the kept footprints.
-    pub(crate) const BYTES: usize = KEPT * size_of::<RunFootprints>();
+    /// Bytes of the footprints of so many runs.
+    pub(crate) const fn bytes(kept: usize) -> usize {
+        kept * size_of::<RunFootprints>()
+    }
 
-    /// No footprints.
-    pub(crate) fn new() -> Self {
+    /// No footprints, with room for those of some runs: a power of two.
+    pub(crate) fn new(kept: usize) -> Self {
         let none =
             RunFootprints { run: usize::MAX, sides: [[0; RUN]; 4], greatest: [0.0; RUN], irregular: 0 };
-        Self { runs: vec![none; KEPT].into_boxed_slice() }
+        Self { runs: vec![none; kept].into_boxed_slice() }
+    }
+
+    /// The place of a run.
+    #[inline(always)]
+    fn place(&self, run: usize) -> usize {
+        run & (self.runs.len() - 1)
     }
 
     /// Forgets all footprints: they are those of another film.
@@ -93,7 +101,7 @@ impl Footprints {
     /// Whether the footprints of a run are kept.
     #[inline(always)]
     pub(crate) fn hold(&self, run: usize) -> bool {
-        self.runs[run % KEPT].run == run
+        self.runs[self.place(run)].run == run
     }
 
     /// Projects the triangles of a run, given their ids and how many there are; `reach` bounds |a − base| of their corners.
@@ -106,7 +114,8 @@ impl Footprints {
         (run, (ids, count)): (usize, ([u32; RUN], usize)),
         reach: DVec3,
     ) {
-        let entry = &mut self.runs[run % KEPT];
+        let place = self.place(run);
+        let entry = &mut self.runs[place];
         let [low, high] = entry.greatest.as_chunks_mut::<LANES>().0 else { return };
         let ([one, other], _) = ids.as_chunks() else { return };
         let lanes = (1 << count) - 1;
@@ -124,7 +133,7 @@ impl Footprints {
     /// The triangles of a run, as bits, that may meet a tile.
     #[inline(always)]
     pub(crate) fn meeting<S: Simd>(&self, simd: S, pixels: &Pixels, run: usize, tile: Rect) -> u64 {
-        let [x0, y0, x1, y1] = &self.runs[run % KEPT].sides;
+        let [x0, y0, x1, y1] = &self.runs[self.place(run)].sides;
         let (x0, x1) = (i16x16::load_array_ref(simd, x0), i16x16::load_array_ref(simd, x1));
         let (y0, y1) = (i16x16::load_array_ref(simd, y0), i16x16::load_array_ref(simd, y1));
         // In range: at most GREATEST.
@@ -139,7 +148,7 @@ impl Footprints {
     /// meet the tile.
     #[inline(always)]
     pub(crate) fn within(&self, pixels: &Pixels, (run, lane): (usize, usize), tile: Rect) -> (Rect, f32) {
-        let RunFootprints { sides, greatest, .. } = &self.runs[run % KEPT];
+        let RunFootprints { sides, greatest, .. } = &self.runs[self.place(run)];
         let lane = lane % RUN;
         // In range: footprints that meet a tile are not negative.
         let [x0, y0, x1, y1] = sides.each_ref().map(|side| (side[lane] as u32) << pixels.shift);
@@ -156,7 +165,7 @@ impl Footprints {
     /// The triangles of a run, as bits, with irregular corners.
     #[inline(always)]
     pub(crate) fn irregular(&self, run: usize) -> u64 {
-        self.runs[run % KEPT].irregular
+        self.runs[self.place(run)].irregular
     }
 }
 

@@ -77,14 +77,16 @@ pub(crate) struct Workspace<D> {
 }
 
 impl<D> Workspace<D> {
-    /// Bytes of a workspace, but for what the depth owns.
-    pub(crate) const BYTES: usize = Footprints::BYTES + size_of::<Self>();
+    /// Bytes of a workspace that keeps the footprints of some runs, but for what the depth owns.
+    pub(crate) const fn bytes(kept: usize) -> usize {
+        Footprints::bytes(kept) + size_of::<Self>()
+    }
 
-    /// A workspace for the tiles of one film.
-    pub(crate) fn new(depth: D) -> Box<Self> {
+    /// A workspace that keeps the footprints of some runs: a power of two.
+    pub(crate) fn new(depth: D, kept: usize) -> Box<Self> {
         Box::new(Self {
             depth,
-            footprints: Footprints::new(),
+            footprints: Footprints::new(kept),
             waiting: Waiting {
                 ids: [0; LANES],
                 count: 0,

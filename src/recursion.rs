@@ -19,7 +19,7 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use crate::film::Sampling;
-use crate::footprints::Pixels;
+use crate::footprints::{KEPT, Pixels};
 use crate::frustum::{Interval, Projection};
 use crate::hierarchical_z::TILE_SIDE;
 use crate::lanes::{Boxes, LANES, bits};
@@ -80,7 +80,7 @@ pub(crate) fn intersect(
     let mut stats = tiles.iter().fold(Stats::default(), |sum, tile: &TileStats| sum.plus(tile.stats));
     // Each thread works on one tile; each tile has its rows of the hits. All that comes after the order was found.
     let threads = rayon::current_num_threads()
-        * (size_of::<Tile<'_, TileDepth>>() + Workspace::<TileDepth>::BYTES + TileDepth::RECORD_BYTES);
+        * (size_of::<Tile<'_, TileDepth>>() + Workspace::<TileDepth>::bytes(KEPT) + TileDepth::RECORD_BYTES);
     let rows =
         pencil.len() / TILE_SIDE as usize * size_of::<Row<'_>>() + tiles.len() * size_of::<TileStats>();
     let bytes = runs.bytes() + threads + rows + stats.engine_bytes as usize;
@@ -102,7 +102,11 @@ fn split_film(query: FilmQuery<'_>, runs: &Runs, window: Window<'_>) -> Vec<(Rec
         tile.write(&mut window);
         (window.rect, stats)
     };
-    window.tiles(TILE_SIDE).into_par_iter().map_init(|| Workspace::new(TileDepth::new()), in_tile).collect()
+    window
+        .tiles(TILE_SIDE)
+        .into_par_iter()
+        .map_init(|| Workspace::new(TileDepth::new(), KEPT), in_tile)
+        .collect()
 }
 
 /// A set of rays that one bound stands for.
