@@ -103,28 +103,25 @@ fn choose_llvmpipe(threads: usize) {
     }
 }
 
-/// Makes a context current: without a surface where Mesa's platform for that is there, else with a surface of one pixel.
+/// Makes a context current: without a surface where Mesa's platform for that is there, else with a surface of one pixel on
+/// the default display.
 fn make_current(egl: &Egl) -> Result<()> {
-    let mut configs = Vec::new();
-    // SAFETY: no attributes are given; so below.
+    // SAFETY: no attributes are given.
     let surfaceless =
         unsafe { (egl.get_platform_display)(EGL_PLATFORM_SURFACELESS_MESA, ptr::null_mut(), ptr::null()) };
-    configs.push((surfaceless, false));
-    // SAFETY: null is the default display.
-    configs.push((unsafe { (egl.get_display)(ptr::null_mut()) }, true));
-    let mut reason = "EGL has no display".into();
-    for (display, pbuffer) in configs.into_iter().filter(|(display, _)| !display.is_null()) {
-        match make_current_on(egl, display, pbuffer) {
-            Ok(()) => return Ok(()),
-            Err(error) => reason = error,
-        }
-    }
-    Err(reason)
+    make_current_on(egl, surfaceless, false).or_else(|reason| {
+        // SAFETY: null is the default display.
+        let display = unsafe { (egl.get_display)(ptr::null_mut()) };
+        make_current_on(egl, display, true).map_err(|_| reason)
+    })
 }
 
 /// Makes a context current on one display.
 fn make_current_on(egl: &Egl, display: EglHandle, pbuffer: bool) -> Result<()> {
     let failed = |call: &str| Err(format!("{call}: EGL reports error {:#06x}", egl.get_error()).into());
+    if display.is_null() {
+        return Err("EGL has no such display".into());
+    }
     // SAFETY: the display is EGL's; nobody asks for the version.
     if unsafe { (egl.initialize)(display, ptr::null_mut(), ptr::null_mut()) } == 0 {
         return failed("eglInitialize");
