@@ -7,6 +7,9 @@
 
 mod answer;
 mod cli;
+mod cliff_subjects;
+mod cliffs;
+mod curves;
 mod engine;
 mod engines;
 mod icosphere;
@@ -64,5 +67,6 @@ fn run(cli: &cli::Cli) -> Result<()> {
     match &cli.command {
         cli::Command::Primary(args) => primary::run(args, &cli.common),
         cli::Command::Leaks(args) => leaks::run(args, &cli.common),
+        cli::Command::Cliffs(args) => cliffs::run(args),
     }
 }
