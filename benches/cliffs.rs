@@ -15,7 +15,9 @@ use crate::{curves, machine, report};
 
 /// The fewest triangles of each subject.
 const SMALLEST: u32 = 1 << 10;
-/// Growth that n log n does not explain.
+/// Over so many doublings together a busy machine shows less than over one.
+const SMOOTH: usize = 3;
+/// Growth over them that n log n does not explain.
 const STEEP: f64 = 1.15;
 /// Runs of more milliseconds are not repeated.
 const LONG: f64 = 1000.0;
@@ -51,11 +53,11 @@ impl Point {
 }
 
 impl Growth {
-    /// The exponent from the size before to size k.
-    fn exponent(&self, k: usize) -> Option<f64> {
-        let (before, point) = (self.points.get(k.checked_sub(1)?)?, self.points.get(k)?);
-        let sizes = f64::from(point.triangles) / f64::from(before.triangles);
-        Some((point.median() / before.median()).ln() / sizes.ln())
+    /// The exponent from so many sizes before to size k.
+    fn exponent(&self, k: usize, sizes: usize) -> Option<f64> {
+        let (before, point) = (self.points.get(k.checked_sub(sizes)?)?, self.points.get(k)?);
+        let larger = f64::from(point.triangles) / f64::from(before.triangles);
+        Some((point.median() / before.median()).ln() / larger.ln())
     }
 }
 
@@ -122,12 +124,12 @@ fn measure(mesh: &Mesh, pencil: &Pencil, repeat: u32) -> Result<Vec<f64>> {
 /// Prints the table of one subject.
 fn print(growth: &Growth, limit: f64) {
     println!("\n{}: {}", growth.cliff.name, growth.cliff.what);
-    println!("{:>10}{:>12}{:>14}{:>10}", "triangles", "ms", "ns/triangle", "exponent");
+    println!("{:>10}{:>12}{:>14}{:>10}{:>10}", "triangles", "ms", "ns/triangle", "exponent", "of three");
     for (k, point) in growth.points.iter().enumerate() {
-        let exponent = growth.exponent(k).map_or(String::new(), |e| format!("{e:.2}"));
-        let steep = if growth.exponent(k).is_some_and(|e| e > STEEP) { "  steep" } else { "" };
+        let text = |sizes: usize| growth.exponent(k, sizes).map_or(String::new(), |e| format!("{e:.2}"));
+        let steep = if growth.exponent(k, SMOOTH).is_some_and(|e| e > STEEP) { "  steep" } else { "" };
         let (ms, ns) = (point.median(), point.ns_per_triangle());
-        println!("{:>10}{ms:>12.2}{ns:>14.1}{exponent:>10}{steep}", point.triangles);
+        println!("{:>10}{ms:>12.2}{ns:>14.1}{:>10}{:>10}{steep}", point.triangles, text(1), text(SMOOTH));
     }
     if growth.stopped {
         println!("stopped here: a run took more than {limit} s");
@@ -142,7 +144,8 @@ fn to_json(growth: &Growth) -> Value {
             "ms": point.ms,
             "median_ms": point.median(),
             "ns_per_triangle": point.ns_per_triangle(),
-            "exponent": growth.exponent(k),
+            "exponent": growth.exponent(k, 1),
+            "exponent_of_three": growth.exponent(k, SMOOTH),
         })
     };
     json!({
@@ -168,8 +171,8 @@ mod tests {
         let point = |triangles, ms: &[f64]| Point { triangles, ms: ms.to_vec() };
         let points = vec![point(1024, &[1.0, 2.0, 9.0]), point(2048, &[7.0, 9.0])];
         let growth = Growth { cliff: CLIFFS[0], points, stopped: false };
-        assert_eq!(growth.exponent(0), None);
-        assert!((growth.exponent(1).unwrap_or_default() - 2.0).abs() < 1e-12);
+        assert_eq!(growth.exponent(0, 1), None);
+        assert!((growth.exponent(1, 1).unwrap_or_default() - 2.0).abs() < 1e-12);
         assert_eq!(growth.points[0].ns_per_triangle(), 2e6 / 1024.0);
     }
 }

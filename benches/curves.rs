@@ -27,6 +27,7 @@ pub(crate) fn write(path: &Path, curves: &[Curve]) -> Result<()> {
         let mut chart = ChartBuilder::on(area)
             .caption("median ms of one query from scratch", ("sans-serif", 17))
             .margin(10)
+            .margin_right(40)
             .x_label_area_size(40)
             .y_label_area_size(60)
             .build_cartesian_2d((x.0..x.1).log_scale().base(2.0), (y.0 * 0.7..y.1 * 1.5).log_scale())?;
@@ -56,16 +57,17 @@ pub(crate) fn write(path: &Path, curves: &[Curve]) -> Result<()> {
     })
 }
 
-/// n log n through the end of the lowest curve that has the most triangles.
+/// n log n from the lowest beginning on, as far as the curves reach.
 fn guide(curves: &[Curve]) -> Vec<(f64, f64)> {
-    let ends = curves.iter().filter_map(|curve| curve.points.last());
-    let highest_and_lowest = |a: &&(f64, f64), b: &&(f64, f64)| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1));
-    let Some(&(n, ms)) = ends.max_by(highest_and_lowest) else {
+    let beginnings = curves.iter().filter_map(|curve| curve.points.first());
+    let Some(&(n, ms)) = beginnings.min_by(|a, b| a.1.total_cmp(&b.1)) else {
         return Vec::new();
     };
-    let (least, _) = span(curves.iter().flat_map(|curve| &curve.points).map(|p| p.0));
+    let points = || curves.iter().flat_map(|curve| &curve.points);
+    let (most, longest) = (span(points().map(|p| p.0)).1, span(points().map(|p| p.1)).1);
     let at = |x: f64| (x, ms * x * x.log2() / (n * n.log2()));
-    (0..=32).map(|k| at(least * (n / least).powf(f64::from(k) / 32.0))).collect()
+    let steps = (0..=64).map(|k| at(n * (most / n).powf(f64::from(k) / 64.0)));
+    steps.take_while(|&(_, ms)| ms <= longest).collect()
 }
 
 /// The least and the greatest of some positive numbers; never empty.
@@ -79,15 +81,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_guide_ends_where_the_lowest_of_the_longest_curves_ends() {
+    fn the_guide_begins_with_the_lowest_curve_and_stays_in_the_picture() {
         let curve = |points: &[(f64, f64)]| Curve { name: String::new(), points: points.to_vec() };
-        let curves = [
-            curve(&[(1024.0, 1.0)]),
-            curve(&[(1024.0, 1.0), (4096.0, 30.0)]),
-            curve(&[(1024.0, 2.0), (4096.0, 20.0)]),
-        ];
+        let curves = [curve(&[(1024.0, 2.0), (4096.0, 6.0)]), curve(&[(1024.0, 1.0), (4096.0, 3.0)])];
         let guide = guide(&curves);
-        assert_eq!(guide.first().map(|p| p.0), Some(1024.0));
-        assert!(guide.last().is_some_and(|p| (p.0 - 4096.0).abs() < 1e-6 && (p.1 - 20.0).abs() < 1e-9));
+        assert_eq!(guide.first(), Some(&(1024.0, 1.0)));
+        assert!(guide.iter().all(|&(n, ms)| n <= 4096.0 * 1.0001 && ms <= 6.0));
+        assert!(guide.last().is_some_and(|&(n, ms)| (ms - n * n.log2() / 10240.0).abs() < 1e-9 && ms > 4.5));
     }
 }

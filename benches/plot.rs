@@ -92,7 +92,7 @@ pub(crate) fn write(path: &Path, rows: &[(String, Vec<Best>)]) -> Result<()> {
         chart
             .configure_mesh()
             .disable_y_mesh()
-            .y_labels(count * 2 + 1)
+            .y_labels(count * 2 + 4)
             .y_label_formatter(&label)
             .x_label_formatter(&|ms| format!("{ms}"))
             .x_desc("milliseconds")
