@@ -66,7 +66,7 @@ fn guide(curves: &[Curve]) -> Vec<(f64, f64)> {
     let points = || curves.iter().flat_map(|curve| &curve.points);
     let (most, longest) = (span(points().map(|p| p.0)).1, span(points().map(|p| p.1)).1);
     let at = |x: f64| (x, ms * x * x.log2() / (n * n.log2()));
-    let steps = (0..=64).map(|k| at(n * (most / n).powf(f64::from(k) / 64.0)));
+    let steps = (0..=16).map(|k| at(n * (most / n).powf(f64::from(k) / 16.0)));
     steps.take_while(|&(_, ms)| ms <= longest).collect()
 }
 
