@@ -31,31 +31,21 @@ pub(crate) struct Engines {
 }
 
 impl Engines {
-    /// Those that trace any rays. Loads what has to be loaded, for the threads of the current pool.
-    pub(crate) fn open(common: &Common) -> Result<Self> {
+    /// Loads what has to be loaded, for the threads of the current pool. Of the rasterizers, which draw pictures only, those
+    /// that are wanted.
+    pub(crate) fn open(common: &Common, rasterizers: impl Fn(&str) -> bool) -> Result<Self> {
+        // First: it sets variables of the environment, and Embree starts threads.
+        let llvmpipe = open_llvmpipe(rasterizers);
         let Some(path) = &common.embree else {
             eprintln!("note: no --embree and no EMBREE_LIBRARY, so Embree is left out");
-            return Ok(Self { embree: None, llvmpipe: None });
+            return Ok(Self { embree: None, llvmpipe });
         };
         #[cfg(feature = "embree")]
         let embree = crate::embree::Device::new(path, rayon::current_num_threads())?;
         #[cfg(feature = "embree")]
-        return Ok(Self { embree: Some(embree), llvmpipe: None });
+        return Ok(Self { embree: Some(embree), llvmpipe });
         #[cfg(not(feature = "embree"))]
         Err(format!("{}: this build has no feature embree", path.display()).into())
-    }
-
-    /// With those that draw pictures, if they are wanted.
-    #[cfg_attr(not(feature = "llvmpipe"), expect(unused_mut, unused_variables, reason = "there is none"))]
-    pub(crate) fn with_rasterizers(mut self, wanted: impl Fn(&str) -> bool) -> Self {
-        #[cfg(feature = "llvmpipe")]
-        if crate::llvmpipe_engine::NAMES.iter().any(|name| wanted(name)) {
-            match crate::gl_context::Context::open(rayon::current_num_threads()) {
-                Ok(context) => self.llvmpipe = Some(context),
-                Err(error) => eprintln!("note: {error}, so llvmpipe is left out"),
-            }
-        }
-        self
     }
 
     /// The versions of all engines.
@@ -104,4 +94,17 @@ impl Engines {
         }
         Ok(engines)
     }
+}
+
+/// llvmpipe, if it is wanted and the machine has it.
+#[cfg_attr(not(feature = "llvmpipe"), expect(unused_variables, reason = "it is not compiled in"))]
+fn open_llvmpipe(wanted: impl Fn(&str) -> bool) -> Option<Context> {
+    #[cfg(feature = "llvmpipe")]
+    if crate::llvmpipe_engine::NAMES.iter().any(|name| wanted(name)) {
+        match crate::gl_context::Context::open(rayon::current_num_threads()) {
+            Ok(context) => return Some(context),
+            Err(error) => eprintln!("note: {error}, so llvmpipe is left out"),
+        }
+    }
+    None
 }

@@ -33,7 +33,7 @@ pub(crate) struct Context {
 }
 
 impl Context {
-    /// Loads EGL and makes a context current. To be called once, before any other thread reads the environment.
+    /// Loads EGL and makes a context current. To be called once, before other libraries start threads: the environment changes.
     pub(crate) fn open(threads: usize) -> Result<Rc<Self>> {
         choose_llvmpipe(threads);
         // SAFETY: loading runs the initialisers of the system's EGL.
@@ -97,7 +97,7 @@ fn choose_llvmpipe(threads: usize) {
         [("LIBGL_ALWAYS_SOFTWARE", "1"), ("GALLIUM_DRIVER", "llvmpipe"), ("LP_NUM_THREADS", &workers)];
     for (name, value) in wishes {
         if std::env::var_os(name).is_none() {
-            // SAFETY: the only other threads are rayon's, which sleep and read no environment.
+            // SAFETY: the only other threads are rayon's, which have nothing to do and read no environment.
             unsafe { std::env::set_var(name, value) };
         }
     }
