@@ -33,6 +33,8 @@ pub(crate) enum Command {
     Primary(PrimaryArgs),
     /// Count the rays that escape from a closed sphere
     Leaks(LeaksArgs),
+    /// Time umbel for hard subjects with more and more triangles
+    Cliffs(CliffsArgs),
 }
 
 #[derive(Debug, Args)]
@@ -78,6 +80,36 @@ pub(crate) struct LeaksArgs {
     /// Write the counts
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CliffsArgs {
+    /// Names of subjects. Default: all
+    pub(crate) subjects: Vec<String>,
+
+    /// The most triangles; they are doubled from 1024 on
+    #[arg(long, default_value_t = 1 << 20, value_name = "N", value_parser = clap::value_parser!(u32).range(1024..=1 << 24))]
+    pub(crate) largest: u32,
+
+    /// Pixels
+    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "1920x1080")]
+    pub(crate) size: (u32, u32),
+
+    /// Runs that count; one more goes before them. Runs of more than a second are not repeated
+    #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) repeat: u32,
+
+    /// Seconds of a run after which a subject is not made larger
+    #[arg(long, default_value_t = 10.0, value_name = "SECONDS")]
+    pub(crate) limit: f64,
+
+    /// Write everything that was measured
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+
+    /// Draw time against triangles
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) plot: Option<PathBuf>,
 }
 
 /// "WxH" as two positive numbers.

@@ -15,38 +15,61 @@ type Device = std::sync::Arc<crate::embree::Device>;
 #[cfg(not(feature = "embree"))]
 type Device = std::convert::Infallible;
 
+#[cfg(feature = "llvmpipe")]
+type Context = std::rc::Rc<crate::gl_context::Context>;
+/// Stands for a context where llvmpipe is not compiled in.
+#[cfg(not(feature = "llvmpipe"))]
+type Context = std::convert::Infallible;
+
 /// What engines share over all subjects.
 #[derive(Debug)]
 pub(crate) struct Engines {
     /// Embree, if its library was named.
     pub(crate) embree: Option<Device>,
+    /// llvmpipe, if it was asked for and the machine has it.
+    llvmpipe: Option<Context>,
 }
 
 impl Engines {
-    /// Loads what has to be loaded, for the threads of the current pool.
-    pub(crate) fn open(common: &Common) -> Result<Self> {
+    /// Loads what has to be loaded, for the threads of the current pool. Of the rasterizers, which draw pictures only, those
+    /// that are wanted.
+    pub(crate) fn open(common: &Common, rasterizers: impl Fn(&str) -> bool) -> Result<Self> {
+        // First: it sets variables of the environment, and Embree starts threads.
+        let llvmpipe = open_llvmpipe(rasterizers);
         let Some(path) = &common.embree else {
             eprintln!("note: no --embree and no EMBREE_LIBRARY, so Embree is left out");
-            return Ok(Self { embree: None });
+            return Ok(Self { embree: None, llvmpipe });
         };
         #[cfg(feature = "embree")]
-        return Ok(Self { embree: Some(crate::embree::Device::new(path, rayon::current_num_threads())?) });
+        let embree = crate::embree::Device::new(path, rayon::current_num_threads())?;
+        #[cfg(feature = "embree")]
+        return Ok(Self { embree: Some(embree), llvmpipe });
         #[cfg(not(feature = "embree"))]
         Err(format!("{}: this build has no feature embree", path.display()).into())
     }
 
     /// The versions of all engines.
     pub(crate) fn versions(&self) -> Value {
+        #[cfg_attr(
+            not(any(feature = "embree", feature = "llvmpipe")),
+            expect(unused_mut, reason = "nothing is loaded")
+        )]
+        let mut loaded = Vec::new();
         #[cfg(feature = "embree")]
-        return machine::versions(self.embree.as_ref().map(|device| device.version()));
-        #[cfg(not(feature = "embree"))]
-        machine::versions(None)
+        loaded.extend(self.embree.as_ref().map(|device| ("embree", device.version())));
+        #[cfg(feature = "llvmpipe")]
+        loaded.extend(self.llvmpipe.as_ref().map(|context| ("llvmpipe", context.version())));
+        machine::versions(loaded)
     }
 
     /// umbel first, then all others whose names are wanted.
     #[cfg_attr(
-        not(any(feature = "embree", feature = "obvhs", feature = "parry")),
-        expect(unused_mut, unused_variables, reason = "umbel is alone")
+        not(any(feature = "embree", feature = "llvmpipe", feature = "obvhs")),
+        allow(
+            unused_mut,
+            unused_variables,
+            reason = "umbel is alone, or with parry3d, which prepares nothing"
+        )
     )]
     pub(crate) fn prepare(
         &self,
@@ -59,6 +82,10 @@ impl Engines {
         if let Some(device) = &self.embree {
             engines.extend(crate::embree_engine::variants(device, subject, &wanted)?);
         }
+        #[cfg(feature = "llvmpipe")]
+        if let Some(context) = &self.llvmpipe {
+            engines.extend(crate::llvmpipe_engine::variants(context, subject, &wanted)?);
+        }
         #[cfg(feature = "obvhs")]
         engines.extend(crate::obvhs_engine::variants(subject, &wanted));
         #[cfg(feature = "parry")]
@@ -67,4 +94,17 @@ impl Engines {
         }
         Ok(engines)
     }
+}
+
+/// llvmpipe, if it is wanted and the machine has it.
+#[cfg_attr(not(feature = "llvmpipe"), expect(unused_variables, reason = "it is not compiled in"))]
+fn open_llvmpipe(wanted: impl Fn(&str) -> bool) -> Option<Context> {
+    #[cfg(feature = "llvmpipe")]
+    if crate::llvmpipe_engine::NAMES.iter().any(|name| wanted(name)) {
+        match crate::gl_context::Context::open(rayon::current_num_threads()) {
+            Ok(context) => return Some(context),
+            Err(error) => eprintln!("note: {error}, so llvmpipe is left out"),
+        }
+    }
+    None
 }

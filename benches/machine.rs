@@ -59,13 +59,11 @@ pub(crate) fn machine() -> Value {
     })
 }
 
-/// The versions of the engines, as JSON. Embree's is that of the library, where one is loaded.
-pub(crate) fn versions(embree: Option<String>) -> Value {
+/// The versions of the engines, as JSON: umbel's, those of the libraries that are loaded, those that were compiled in.
+pub(crate) fn versions(loaded: Vec<(&str, String)>) -> Value {
     let mut versions = serde_json::Map::new();
     versions.insert("umbel".into(), json!(locked("umbel")));
-    if let Some(embree) = embree {
-        versions.insert("embree".into(), json!(embree));
-    }
+    versions.extend(loaded.into_iter().map(|(name, version)| (name.to_owned(), json!(version))));
     for (package, compiled) in [("obvhs", cfg!(feature = "obvhs")), ("parry3d", cfg!(feature = "parry"))] {
         if compiled {
             versions.insert(package.into(), json!(locked(package)));

@@ -1,12 +1,15 @@
 //! umbel-bench: umbel and other engines on the same triangles and rays, in one process and in turns.
 
 #![cfg_attr(
-    not(all(feature = "embree", feature = "obvhs", feature = "parry")),
+    not(all(feature = "embree", feature = "llvmpipe", feature = "obvhs", feature = "parry")),
     allow(dead_code, reason = "some parts serve some engines only")
 )]
 
 mod answer;
 mod cli;
+mod cliff_subjects;
+mod cliffs;
+mod curves;
 mod engine;
 mod engines;
 mod icosphere;
@@ -28,6 +31,14 @@ mod embree;
 mod embree_api;
 #[cfg(feature = "embree")]
 mod embree_engine;
+#[cfg(feature = "llvmpipe")]
+mod gl_api;
+#[cfg(feature = "llvmpipe")]
+mod gl_context;
+#[cfg(feature = "llvmpipe")]
+mod gl_raster;
+#[cfg(feature = "llvmpipe")]
+mod llvmpipe_engine;
 #[cfg(feature = "obvhs")]
 mod obvhs_engine;
 #[cfg(feature = "parry")]
@@ -56,5 +67,6 @@ fn run(cli: &cli::Cli) -> Result<()> {
     match &cli.command {
         cli::Command::Primary(args) => primary::run(args, &cli.common),
         cli::Command::Leaks(args) => leaks::run(args, &cli.common),
+        cli::Command::Cliffs(args) => cliffs::run(args),
     }
 }

@@ -1,9 +1,11 @@
 //! A plot of the medians: a row for each subject, a dot for each engine, milliseconds on a logarithmic axis.
 //!
-//! A filled dot is build and trace together, what a changing scene pays; a ring is trace alone.
+//! A filled dot is build and trace together, what a changing scene pays; a ring is trace alone. Other plots share the
+//! colours, the legend and the file.
 
 use std::path::Path;
 
+use plotters::coord::{CoordTranslate, Shift};
 use plotters::prelude::*;
 
 use crate::Result;
@@ -20,30 +22,60 @@ const WIDTH: u32 = 860;
 /// Colours that people with colour blindness can tell apart, in the order of the engines.
 ///
 /// Based on: Masataka Okabe and Kei Ito, "Color Universal Design", 2008.
-const COLOURS: [RGBColor; 5] = [
+const COLOURS: [RGBColor; 8] = [
     RGBColor(213, 94, 0),
     RGBColor(0, 114, 178),
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
     RGBColor(90, 90, 90),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
 ];
 
-/// Draws an SVG with a row for each name.
-pub(crate) fn write(path: &Path, rows: &[(String, Vec<Best>)]) -> Result<()> {
-    let svg = draw(rows)?;
+/// The colour of a series.
+pub(crate) fn colour(index: usize) -> RGBColor {
+    COLOURS[index % COLOURS.len()]
+}
+
+/// Writes an SVG of so many pixels, drawn on white.
+pub(crate) fn save(
+    path: &Path,
+    size: (u32, u32),
+    draw: impl FnOnce(&DrawingArea<SVGBackend<'_>, Shift>) -> Result<()>,
+) -> Result<()> {
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+        area.fill(&WHITE)?;
+        draw(&area)?;
+        area.present()?;
+    }
     std::fs::write(path, svg).map_err(|error| format!("{}: {error}", path.display()).into())
 }
 
-/// The plot as text.
-fn draw(rows: &[(String, Vec<Best>)]) -> Result<String> {
-    let mut svg = String::new();
+/// Draws the legend of the series drawn so far.
+pub(crate) fn legend<'a, 'b: 'a, C: CoordTranslate>(
+    chart: &mut ChartContext<'a, SVGBackend<'b>, C>,
+    position: SeriesLabelPosition,
+) -> Result<()> {
+    chart
+        .configure_series_labels()
+        .position(position)
+        .background_style(WHITE.mix(0.8))
+        .border_style(BLACK.mix(0.3))
+        .label_font(("sans-serif", 13))
+        .draw()?;
+    Ok(())
+}
+
+/// Draws an SVG with a row for each name.
+pub(crate) fn write(path: &Path, rows: &[(String, Vec<Best>)]) -> Result<()> {
     let count = rows.len();
-    {
-        let area = SVGBackend::with_string(&mut svg, (WIDTH, FRAME + ROW * count as u32)).into_drawing_area();
-        area.fill(&WHITE)?;
+    save(path, (WIDTH, FRAME + ROW * count as u32), |area| {
         let (least, most) = range(rows);
         // Row k is drawn around y = count - k, so that the first is on top.
-        let mut chart = ChartBuilder::on(&area)
+        let mut chart = ChartBuilder::on(area)
             .caption(
                 "median ms; filled: from scratch; ring: on a tree built before (umbel: with the order kept)",
                 ("sans-serif", 17),
@@ -60,14 +92,14 @@ fn draw(rows: &[(String, Vec<Best>)]) -> Result<String> {
         chart
             .configure_mesh()
             .disable_y_mesh()
-            .y_labels(count * 2 + 1)
+            .y_labels(count * 2 + 4)
             .y_label_formatter(&label)
             .x_label_formatter(&|ms| format!("{ms}"))
             .x_desc("milliseconds")
             .label_style(("sans-serif", 13))
             .draw()?;
         for (index, family) in families(rows).into_iter().enumerate() {
-            let colour = COLOURS[index % COLOURS.len()];
+            let colour = colour(index);
             let (filled, rings) =
                 (dots(rows, family, |best| &best.total), dots(rows, family, |best| &best.trace));
             chart.draw_series(rings.into_iter().map(|dot| Circle::new(dot, 6, colour.stroke_width(2))))?;
@@ -76,16 +108,8 @@ fn draw(rows: &[(String, Vec<Best>)]) -> Result<String> {
                 .label(family)
                 .legend(move |(x, y)| Circle::new((x + 10, y), 6, colour.filled()));
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.8))
-            .border_style(BLACK.mix(0.3))
-            .label_font(("sans-serif", 13))
-            .draw()?;
-        area.present()?;
-    }
-    Ok(svg)
+        legend(&mut chart, SeriesLabelPosition::UpperRight)
+    })
 }
 
 /// The engines of all rows, in their order.

@@ -12,7 +12,7 @@ use crate::{machine, plot, report, rounds, table};
 /// Measures every scene at every size.
 pub(crate) fn run(args: &PrimaryArgs, common: &Common) -> Result<()> {
     let folder = args.folder.as_deref().map(Folder::read).transpose()?.unwrap_or_default();
-    let engines = Engines::open(common)?;
+    let engines = Engines::open(common, |name| wanted(args, name))?;
     let (machine, versions) = (machine::machine(), engines.versions());
     println!("{machine}\n{versions}");
 
