@@ -20,6 +20,7 @@ use std::ops::Range;
 use fearless_simd::prelude::*;
 
 use crate::depth::precedes;
+use crate::film::Sampling;
 use crate::hierarchical_z::{BLOCK_SIDE, HierarchicalZ, TILE_SIDE};
 use crate::lanes::{LANES, Narrow, bits};
 use crate::leaf::{FilmQuery, LeafDepth, Tile};
@@ -32,8 +33,8 @@ use crate::{Accuracy, Stats};
 
 /// 0 to 7.
 const COLUMNS: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-/// The middle columns of the blocks, and half of their width.
-const MIDDLES: [f32; LANES] = [3.5, 11.5, 19.5, 27.5, 35.5, 43.5, 51.5, 59.5];
+/// The first columns of the blocks, and half of what lies between their first and last.
+const FIRSTS: [f32; LANES] = [0.0, 8.0, 16.0, 24.0, 32.0, 40.0, 48.0, 56.0];
 const HALF: f32 = 3.5;
 
 /// Edge functions are certain beyond ±1. Their range over a block adds a few roundings of at most a fifth of that each.
@@ -115,6 +116,39 @@ impl LeafDepth for TileDepth {
     }
 }
 
+impl<D: LeafDepth> Tile<'_, D> {
+    /// Of some blocks of a row of blocks: those that a triangle may meet, given its lane and an upper bound of its keys, and
+    /// those on which all rays are inside.
+    #[inline(always)]
+    pub(crate) fn classify<S: Simd>(
+        &self,
+        simd: S,
+        (lane, greatest): (usize, f32),
+        by: u32,
+        blocks: u64,
+    ) -> (u64, u64) {
+        let lane = lane % LANES;
+        let setups = &self.work.setups;
+        // From the first to the last column, or to the next block's first.
+        let half = if self.query.sampling == Sampling::Grid { HALF } else { HALF + 0.5 };
+        let x = Narrow::load_array(simd, FIRSTS) + half;
+        let y = (by * BLOCK_SIDE) as f32 + half;
+        let certain = Narrow::simd_from(simd, CERTAIN_ON_BLOCK);
+        let (mut met, mut inside) = (blocks, blocks);
+        for parts in &setups.edges {
+            let middle = Columns::new(simd, x, parts, lane).at(y);
+            let range = (parts[1][lane].abs() + parts[2][lane].abs()) * half;
+            met &= !(middle + range).simd_lt(-certain).to_bitmask();
+            inside &= (middle - range).simd_gt(certain).to_bitmask();
+        }
+        let [_, along_x, along_y] = &setups.slope;
+        let range = (along_x[lane].abs() + along_y[lane].abs()) * half;
+        let nearest = Columns::new(simd, x, &setups.slope, lane).at(y) + (range + setups.bounds[1][lane]);
+        met &= !nearest.min(greatest).simd_lt(self.work.depth.blocks().far(simd, by)).to_bitmask();
+        (met, inside & met)
+    }
+}
+
 impl Tile<'_, TileDepth> {
     /// Tests one triangle block by block; tells whether any ray hit it.
     #[inline(always)]
@@ -128,7 +162,7 @@ impl Tile<'_, TileDepth> {
         let mut hit = false;
         let blocks = (2_u64 << ((rect.x1 - 1) / BLOCK_SIDE)) - (1 << (rect.x0 / BLOCK_SIDE));
         for by in rect.y0 / BLOCK_SIDE..=(rect.y1 - 1) / BLOCK_SIDE {
-            let (met, inside) = self.classify(simd, primitive, by, blocks);
+            let (met, inside) = self.classify(simd, (primitive.lane, primitive.greatest), by, blocks);
             let rows = rect.y0.max(by * BLOCK_SIDE)..rect.y1.min((by + 1) * BLOCK_SIDE);
             for bx in bits(met) {
                 // In range: eight blocks.
@@ -141,29 +175,6 @@ impl Tile<'_, TileDepth> {
             }
         }
         hit
-    }
-
-    /// Of some blocks of a row of blocks: those that the triangle may meet, and those on which all rays are inside.
-    #[inline(always)]
-    fn classify<S: Simd>(&self, simd: S, primitive: Primitive, by: u32, blocks: u64) -> (u64, u64) {
-        let lane = primitive.lane % LANES;
-        let setups = &self.work.setups;
-        let x = Narrow::load_array(simd, MIDDLES);
-        let y = (by * BLOCK_SIDE) as f32 + HALF;
-        let certain = Narrow::simd_from(simd, CERTAIN_ON_BLOCK);
-        let (mut met, mut inside) = (blocks, blocks);
-        for parts in &setups.edges {
-            let middle = Columns::new(simd, x, parts, lane).at(y);
-            let range = (parts[1][lane].abs() + parts[2][lane].abs()) * HALF;
-            met &= !(middle + range).simd_lt(-certain).to_bitmask();
-            inside &= (middle - range).simd_gt(certain).to_bitmask();
-        }
-        let [_, along_x, along_y] = &setups.slope;
-        let range = (along_x[lane].abs() + along_y[lane].abs()) * HALF;
-        let greatest = Columns::new(simd, x, &setups.slope, lane).at(y) + (range + setups.bounds[1][lane]);
-        let greatest = greatest.min(primitive.greatest);
-        met &= !greatest.simd_lt(self.work.depth.blocks.far(simd, by)).to_bitmask();
-        (met, inside & met)
     }
 
     /// Tests one triangle against eight columns of some rows of rays, all of them `INSIDE` its edges or not; tells whether

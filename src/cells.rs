@@ -1,8 +1,8 @@
 //! The leaf of receivers: a triangle that was set up against the points of a tile, which may lie anywhere on it.
 //!
-//! The points are sorted by cells of 2x2 columns and rows, row by row of cells. So the points in any part of a row of cells
-//! follow each other, and a triangle is tested with eight of them at a time, through the same edge functions as pixels, at
-//! their own columns and rows. Rounding those to f32 adds to the bounds, see [`crate::setup`]. A triangle blocks a point
+//! The points are sorted by blocks, and within a block by cells of 2x2 columns and rows, row by row. So the points of a block
+//! follow each other, and those in any part of a row of its cells; a triangle is tested with eight of them at a time,
+//! through the same edge functions as pixels, at their own columns and rows. Rounding those to f32 adds to the bounds, see [`crate::setup`]. A triangle blocks a point
 //! where it covers it and lies nearer to the light: its depth key is greater than the point's. Where f32 leaves doubt, the
 //! exact stage decides at once: that happens at edges, and wherever a surface is as far as the point.
 //!
@@ -10,6 +10,8 @@
 //! from them.
 //!
 //! Based on: Gregory Johnson et al., "The Irregular Z-Buffer", 2005.
+
+use std::ops::Range;
 
 use fearless_simd::{prelude::*, u32x8};
 
@@ -29,6 +31,8 @@ const CELL_SIDE: u32 = 2;
 /// Cells along one side of a tile, and of a block.
 const CELLS: usize = (TILE_SIDE / CELL_SIDE) as usize;
 const BLOCK_CELLS: usize = (BLOCK_SIDE / CELL_SIDE) as usize;
+/// Where cells begin, and where the last one ends.
+const FIRSTS: usize = CELLS * CELLS + 1;
 
 /// Bounds of blocks are brought up to date once this part of the points has been found in shadow since.
 const REFRESH: usize = 8;
@@ -55,11 +59,11 @@ pub(crate) struct Cells<'a> {
     lo: [f32; CLUSTER],
     hi: [f32; CLUSTER],
     /// The receiver of each point, and the triangle that it lies on.
-    places: [u16; CLUSTER],
+    ids: [u32; CLUSTER],
     owners: [u32; CLUSTER],
     count: usize,
     /// Where each cell begins; one more ends the last.
-    first: [u16; CELLS * CELLS + 1],
+    first: [u16; FIRSTS],
     blocks: HierarchicalZ,
     /// Points that were found in shadow since the blocks were brought up to date.
     settled: usize,
@@ -73,10 +77,10 @@ impl<'a> Cells<'a> {
             at: [[0.0; CLUSTER]; 2],
             lo: [f32::INFINITY; CLUSTER],
             hi: [f32::INFINITY; CLUSTER],
-            places: [0; CLUSTER],
+            ids: [0; CLUSTER],
             owners: [0; CLUSTER],
             count: 0,
-            first: [0; CELLS * CELLS + 1],
+            first: [0; FIRSTS],
             blocks: HierarchicalZ::new(),
             settled: 0,
         }
@@ -87,7 +91,7 @@ impl<'a> Cells<'a> {
     pub(crate) fn fill<S: Simd>(
         &mut self,
         simd: S,
-        receivers: &'a [Receiver],
+        (receivers, ids): (&'a [Receiver], &[u32]),
         seen: &Sightings,
         to_tile: &ToTile,
     ) {
@@ -117,8 +121,8 @@ impl<'a> Cells<'a> {
                 *next += 1;
                 (self.at[0][index], self.at[1][index]) = (x[lane], y[lane]);
                 (self.lo[index], self.hi[index]) = (lo[lane], hi[lane]);
-                let place = seen.places[first + lane];
-                (self.places[index], self.owners[index]) = (place, receivers[usize::from(place)].triangle.0);
+                let id = ids[usize::from(seen.places[first + lane])];
+                (self.ids[index], self.owners[index]) = (id, receivers[id as usize].triangle.0);
             }
         }
         let end = self.count.next_multiple_of(LANES).min(CLUSTER);
@@ -129,16 +133,25 @@ impl<'a> Cells<'a> {
     }
 
     /// The receivers in shadow.
-    pub(crate) fn shadowed(&self) -> impl Iterator<Item = usize> {
-        let settled = self.lo[..self.count].iter().zip(&self.places).filter(|(lo, _)| **lo == f32::INFINITY);
-        settled.map(|(_, place)| usize::from(*place))
+    pub(crate) fn shadowed(&self) -> impl Iterator<Item = u32> {
+        let settled = self.lo[..self.count].iter().zip(&self.ids).filter(|(lo, _)| **lo == f32::INFINITY);
+        settled.map(|(_, &id)| id)
     }
 
-    /// Where the points of some cells of a row of cells lie.
+    /// Where the points of some cells of a row of cells of a block lie.
     #[inline(always)]
-    fn range(&self, row: usize, columns: std::ops::Range<usize>) -> std::ops::Range<usize> {
-        let [first, end] = [columns.start, columns.end].map(|column| self.first[row * CELLS + column]);
-        usize::from(first)..usize::from(end)
+    fn range(&self, block: usize, row: usize, columns: &Range<usize>) -> Range<usize> {
+        let first = block * BLOCK_CELLS * BLOCK_CELLS + row * BLOCK_CELLS;
+        let [start, end] = [columns.start, columns.end].map(|column| self.first[(first + column) % FIRSTS]);
+        usize::from(start)..usize::from(end)
+    }
+
+    /// Where the points of a block lie.
+    #[inline(always)]
+    fn block(&self, block: usize) -> Range<usize> {
+        let first = block * BLOCK_CELLS * BLOCK_CELLS;
+        let [start, end] = [first, first + BLOCK_CELLS * BLOCK_CELLS].map(|cell| self.first[cell % FIRSTS]);
+        usize::from(start)..usize::from(end)
     }
 
     /// Tests eight points from one on with a triangle, and settles what it blocks for certain; tells which are in doubt.
@@ -235,7 +248,9 @@ fn cells_of<S: Simd>(simd: S, seen: &Sightings, first: usize, to_tile: &ToTile) 
     // In range: columns and rows lie in [0, 63].
     let x = u32x8::truncate_from((x * per_cell).max(0.0).min(last));
     let y = u32x8::truncate_from((y * per_cell).max(0.0).min(last));
-    x + y * CELLS as u32
+    // Row and column of the block, then those of the cell in it: three bits and two.
+    let within = BLOCK_CELLS as u32 - 1;
+    (y >> 2) << 7 | (x >> 2) << 4 | (y & within) << 2 | (x & within)
 }
 
 /// Bounds of the keys of eight receivers in f32. The lower ones are finite or −∞: +∞ marks what is settled.
@@ -267,12 +282,9 @@ impl LeafDepth for Cells<'_> {
         self.settled = 0;
         for by in bits(self.blocks.take_stale()) {
             for bx in 0..TILE_BLOCKS as usize {
-                let mut least = f32::INFINITY;
-                for row in by * BLOCK_CELLS..(by + 1) * BLOCK_CELLS {
-                    for &lo in &self.lo[self.range(row, bx * BLOCK_CELLS..(bx + 1) * BLOCK_CELLS)] {
-                        least = if lo < least { lo } else { least };
-                    }
-                }
+                let points = &self.lo[self.block(by * TILE_BLOCKS as usize + bx)];
+                let least =
+                    points.iter().fold(f32::INFINITY, |least, &lo| if lo < least { lo } else { least });
                 self.blocks.set(bx, by, least);
             }
         }
@@ -285,38 +297,73 @@ impl LeafDepth for Cells<'_> {
         simd: S,
         (id, lane): (u32, usize),
         rect: Rect,
-        _: f32,
+        greatest: f32,
         stats: &mut Stats,
     ) {
         let doubt = if tile.query.accuracy == Accuracy::Exact { 1.0 } else { 0.0 };
         let functions = Functions::new(simd, &tile.work.setups, lane);
-        let columns = (rect.x0 / CELL_SIDE) as usize..((rect.x1 - 1) / CELL_SIDE) as usize + 1;
-        let rows = (rect.y0 / CELL_SIDE) as usize..((rect.y1 - 1) / CELL_SIDE) as usize + 1;
         let settled = tile.work.depth.settled;
-        // Points that were tested already: rows share vectors.
+        let all = (2_u64 << ((rect.x1 - 1) / BLOCK_SIDE)) - (1 << (rect.x0 / BLOCK_SIDE));
+        // Points that were tested already: ranges share vectors.
         let mut done = 0;
-        for row in rows {
-            let range = tile.work.depth.range(row, columns.clone());
-            let mut first = (range.start - range.start % LANES).max(done);
-            while first < range.end {
-                stats.samples_tested += LANES as u64;
-                let doubtful = tile.work.depth.test_eight(simd, first, (id, &functions), doubt);
-                if doubtful != 0 {
-                    tile.decide(first, doubtful, id, stats);
+        for by in rect.y0 / BLOCK_SIDE..=(rect.y1 - 1) / BLOCK_SIDE {
+            let met =
+                if all.is_power_of_two() { all } else { tile.classify(simd, (lane, greatest), by, all).0 };
+            for bx in bits(met) {
+                stats.blocks += 1;
+                let block = (by * TILE_BLOCKS) as usize + bx;
+                let columns = cells_within(rect.x0..rect.x1, bx as u32);
+                let rows = cells_within(rect.y0..rect.y1, by);
+                if columns.len() == BLOCK_CELLS && rows.len() == BLOCK_CELLS {
+                    let range = tile.work.depth.block(block);
+                    tile.test_range(simd, (id, &functions), (range, doubt), &mut done, stats);
+                } else {
+                    for row in rows {
+                        let range = tile.work.depth.range(block, row, &columns);
+                        tile.test_range(simd, (id, &functions), (range, doubt), &mut done, stats);
+                    }
                 }
-                first += LANES;
-                done = first;
             }
         }
-        stats.blocks += 1;
         if tile.work.depth.settled != settled {
-            // Vectors reach into other rows.
+            // Vectors reach into other blocks.
             tile.work.depth.blocks.mark_stale(0..TILE_SIDE);
         }
     }
 }
 
+/// The cells of a block, counted from its first, that some columns or rows of a tile meet.
+#[inline(always)]
+fn cells_within(places: Range<u32>, block: u32) -> Range<usize> {
+    let first = block * BLOCK_SIDE;
+    let start = places.start.max(first) - first;
+    let end = places.end.min(first + BLOCK_SIDE) - first;
+    (start / CELL_SIDE) as usize..((end - 1) / CELL_SIDE) as usize + 1
+}
+
 impl Tile<'_, Cells<'_>> {
+    /// Tests a triangle with the points of a range, and with their neighbours in vectors. Those before `done` are done.
+    #[inline(always)]
+    fn test_range<S: Simd>(
+        &mut self,
+        simd: S,
+        (id, functions): (u32, &Functions<S>),
+        (range, doubt): (Range<usize>, f32),
+        done: &mut usize,
+        stats: &mut Stats,
+    ) {
+        let mut first = (range.start - range.start % LANES).max(*done);
+        while first < range.end {
+            stats.samples_tested += LANES as u64;
+            let doubtful = self.work.depth.test_eight(simd, first, (id, functions), doubt);
+            if doubtful != 0 {
+                self.decide(first, doubtful, id, stats);
+            }
+            first += LANES;
+            *done = first;
+        }
+    }
+
     /// Decides some of eight points from one on exactly.
     #[inline(never)]
     fn decide(&mut self, first: usize, doubtful: u64, id: u32, stats: &mut Stats) {
@@ -326,7 +373,7 @@ impl Tile<'_, Cells<'_>> {
                 continue;
             }
             stats.doubtful_samples += 1;
-            let receiver = &cells.receivers[usize::from(cells.places[index])];
+            let receiver = &cells.receivers[cells.ids[index] as usize];
             let triangle = self.query.triangles.triangle(id);
             if blocks(self.query.origin, receiver, (id, &triangle), &mut stats.ambiguous_coverage) {
                 (cells.lo[index], cells.hi[index]) = (f32::INFINITY, f32::INFINITY);

@@ -1,6 +1,6 @@
-//! Clusters of receivers: points that follow each other, on a film of their own around them.
+//! Clusters of receivers: points that a light sees next to each other, on a film of their own around them.
 //!
-//! The points are seen from the light on the faces of a cube around it, or along its rays on the plane of two coordinates,
+//! The points are ordered along a curve, see [`crate::light_order`], and seen from the light on the faces of a cube around it, or along its rays on the plane of two coordinates,
 //! see [`Plane`]. Those of a cluster that share a face get a film of 64x64 columns and rows that just holds them, and the light's
 //! pencil over that film goes through the same recursion as a tile of pixels. Nothing is kept per point but its answer.
 //!
@@ -11,6 +11,7 @@
 //! "Frustum-Traced Raster Shadows", 2015.
 
 use std::mem::size_of;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use fearless_simd::{Level, dispatch};
 use glam::DVec3;
@@ -23,8 +24,9 @@ use crate::frustum::{Interval, Projection};
 use crate::general::{self, Probes};
 use crate::hierarchical_z::TILE_SIDE;
 use crate::hits::NO_TRIANGLE;
-use crate::lanes::bits;
 use crate::leaf::{FilmQuery, Tile, Workspace};
+use crate::light_order::LightGrid;
+use crate::order::{along_curve, bytes_for};
 use crate::pencil::Origin;
 use crate::piercings::Plane;
 use crate::recursion::intersect_objects;
@@ -47,6 +49,7 @@ const KEPT: usize = 1;
 struct ShadowQuery<'a> {
     triangles: &'a Triangles<'a>,
     light: Origin,
+    receivers: &'a [Receiver],
     runs: &'a Runs,
     accuracy: Accuracy,
     level: Level,
@@ -74,62 +77,65 @@ pub(crate) fn shadowed<'a>(
     runs: &'a Runs,
     (accuracy, level): (Accuracy, Level),
 ) -> (Vec<bool>, Stats) {
-    let query = ShadowQuery { triangles, light, runs, accuracy, level };
-    let mut shadowed = vec![false; receivers.len()];
-    let of_cluster =
-        |scratch: &mut Scratch<'a>, (receivers, shadowed)| query.cluster(scratch, receivers, shadowed);
-    let clusters = receivers.par_chunks(CLUSTER).zip(shadowed.par_chunks_mut(CLUSTER));
-    let mut stats = clusters.map_init(Scratch::new, of_cluster).reduce(Stats::default, Stats::plus);
+    let query = ShadowQuery { triangles, light, receivers, runs, accuracy, level };
+    let order = along_curve(&LightGrid::new(light, receivers), receivers.len(), level);
+    let shadowed: Vec<AtomicBool> = (0..receivers.len()).map(|_| AtomicBool::new(false)).collect();
+    let of_cluster = |scratch: &mut Scratch<'a>, ids: &[u32]| query.cluster(scratch, ids, &shadowed);
+    let mut stats =
+        order.par_chunks(CLUSTER).map_init(Scratch::new, of_cluster).reduce(Stats::default, Stats::plus);
     let threads = rayon::current_num_threads() * Scratch::BYTES;
-    let bytes = runs.bytes() + threads + stats.engine_bytes as usize;
-    stats.engine_bytes = bytes.max(runs.ordering_bytes()) as u64;
-    (shadowed, stats)
+    let bytes = runs.bytes() + threads + order.capacity() * size_of::<u32>() + stats.engine_bytes as usize;
+    stats.engine_bytes =
+        bytes.max(runs.ordering_bytes()).max(runs.bytes() + bytes_for(receivers.len())) as u64;
+    (shadowed.into_iter().map(AtomicBool::into_inner).collect(), stats)
 }
 
 impl<'a> ShadowQuery<'a> {
-    /// Finds which receivers of a cluster are in shadow.
-    fn cluster(self, scratch: &mut Scratch<'a>, receivers: &'a [Receiver], shadowed: &mut [bool]) -> Stats {
-        let Self { light, level, .. } = self;
-        let faces = dispatch!(level, simd => scratch.seen.see(simd, light, receivers, None));
-        if faces.is_power_of_two() {
-            return self.face(scratch, faces.trailing_zeros() as usize, receivers, shadowed);
+    /// Finds which receivers of a cluster are in shadow. Each has its own place among the answers.
+    fn cluster(self, scratch: &mut Scratch<'a>, ids: &[u32], shadowed: &[AtomicBool]) -> Stats {
+        let Self { light, receivers, level, .. } = self;
+        let seen = &mut scratch.seen;
+        let [first, last] = dispatch!(level, simd => seen.see(simd, light, (receivers, ids), None));
+        if first == last {
+            return self.face(scratch, first, ids, shadowed);
         }
         let mut stats = Stats::default();
-        for face in bits(u64::from(faces)) {
-            dispatch!(level, simd => scratch.seen.see(simd, light, receivers, Some(face)));
-            stats = stats.plus(self.face(scratch, face, receivers, shadowed));
+        for face in first..=last {
+            let seen = &mut scratch.seen;
+            dispatch!(level, simd => seen.see(simd, light, (receivers, ids), Some(face)));
+            if seen.count > 0 {
+                stats = stats.plus(self.face(scratch, face, ids, shadowed));
+            }
         }
         stats
     }
 
     /// Finds which of the receivers that were seen on a face are in shadow.
-    fn face(
-        self,
-        scratch: &mut Scratch<'a>,
-        face: usize,
-        receivers: &'a [Receiver],
-        shadowed: &mut [bool],
-    ) -> Stats {
+    fn face(self, scratch: &mut Scratch<'a>, face: usize, ids: &[u32], shadowed: &[AtomicBool]) -> Stats {
         let Scratch { work, seen } = scratch;
+        let receivers = self.receivers;
         let (extent, depth) = dispatch!(self.level, simd => seen.extent(simd));
         let plane = Plane::numbered(self.light, face);
         let Some(film) = FaceFilm::around(self.light, plane, extent, (seen.depth[0], depth)) else {
             let mut stats = Stats::default();
             for &place in &seen.places[..seen.count] {
-                let place = usize::from(place);
-                shadowed[place] = self.alone(&receivers[place], &mut stats);
+                let id = ids[usize::from(place)] as usize;
+                let answer = self.alone(&receivers[id], &mut stats);
+                shadowed[id].store(answer, Ordering::Relaxed);
             }
             return stats;
         };
-        dispatch!(self.level, simd => work.depth.fill(simd, receivers, seen, &film.to_tile));
+        dispatch!(self.level, simd => work.depth.fill(simd, (receivers, ids), seen, &film.to_tile));
         let stats = self.tile(&film, work);
-        work.depth.shadowed().for_each(|place| shadowed[place] = true);
+        for id in work.depth.shadowed() {
+            shadowed[id as usize].store(true, Ordering::Relaxed);
+        }
         stats
     }
 
     /// Tests all triangles with the receivers of a film.
     fn tile(self, film: &FaceFilm, work: &mut Workspace<Cells<'a>>) -> Stats {
-        let Self { triangles, light, runs, accuracy, level } = self;
+        let Self { triangles, light, runs, accuracy, level, .. } = self;
         let FaceFilm { film, projection, .. } = film;
         let pixels = &Pixels::new(projection, film, Sampling::Scattered);
         let bounds = runs.bounds();

@@ -31,6 +31,7 @@ mod hits;
 mod isa;
 mod lanes;
 mod leaf;
+mod light_order;
 mod options;
 mod order;
 mod pencil;

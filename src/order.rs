@@ -1,12 +1,12 @@
-//! Orders triangles along a space-filling curve, in linear time, where the order of the file is poor.
+//! Orders triangles, or receivers, along a space-filling curve, in linear time.
 //!
 //! A triangle counts by its first corner. Cells of 32³ over the box of all positions are numbered along Lebesgue's (Morton's)
-//! curve. A counting sort, in parallel over chunks of the file's order, brings the triangles into the order of cells; cells
-//! that hold many are sorted by finer cells of 8³ of their own. Memory: 4 bytes per triangle for the permutation and
-//! 128 KiB per chunk; cells are computed twice instead of kept.
+//! curve. A counting sort, in parallel over chunks of the order given, brings the items into the order of cells; cells
+//! that hold many are sorted by finer cells of their own. Memory: 4 bytes per item for the permutation and
+//! 128 KiB per chunk; cells are computed twice instead of kept. For receivers see [`crate::light_order`].
 //!
 //! Until the end the permutation holds the finer cell above the bits of the id, as far as there is room: sorting a cell
-//! then reads nothing else. Up to 8 million triangles all nine bits fit.
+//! then reads nothing else. Up to 8 million items all nine bits fit.
 //!
 //! Reading the finer cells from the positions once more took as long as all the rest (koala, two threads: 1.4 of 2.9 ms),
 //! since neighbours on the curve are strangers in memory.
@@ -22,45 +22,55 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use fearless_simd::{Level, dispatch, prelude::*, u32x8};
 use rayon::prelude::*;
 
+use crate::Triangles;
 use crate::gather::first_corners;
 use crate::lanes::{LANES, Narrow};
-use crate::{Aabb, Triangles};
 
-/// Bits per axis of a cell number.
-const CELL_BITS: u32 = 5;
+/// Bits of a cell number, and of a finer cell's within it.
+pub(crate) const CELL_BITS: u32 = 15;
+pub(crate) const FINE_BITS: u32 = 9;
 /// Cells.
-const CELLS: usize = 1 << (3 * CELL_BITS);
-/// Bits per axis of the finer code within a cell.
-const FINE_BITS: u32 = 3;
-/// Cells with at most this many triangles are left in the order of the file: they make one or two runs.
-const FEW: usize = 32;
+const CELLS: usize = 1 << CELL_BITS;
 /// The most chunks that are counted side by side.
 const MAX_CHUNKS: usize = 8;
 
-/// Bytes that ordering takes at its peak, the permutation included.
-pub(crate) fn bytes_for(triangles: usize) -> usize {
-    let chunks = rayon::current_num_threads().min(MAX_CHUNKS);
-    triangles * size_of::<u32>() + (chunks + 1) * CELLS * size_of::<u32>()
+/// Items with numbers along a curve.
+pub(crate) trait OnCurve: Sync {
+    /// Cells with at most this many items are left in the order given.
+    const FEW: usize;
+
+    /// Numbers of [`CELL_BITS`] + [`FINE_BITS`] bits of eight items from one on; the last one may be repeated.
+    fn places<S: Simd>(&self, simd: S, first: u32) -> [u32; LANES];
 }
 
-/// The triangles in the order of the curve.
-pub(crate) fn along_curve(triangles: &Triangles<'_>, level: Level) -> Vec<u32> {
-    let grid = Grid::over(&triangles.position_bounds());
-    let threads = rayon::current_num_threads().min(MAX_CHUNKS);
-    let chunk = triangles.len().div_ceil(threads).next_multiple_of(LANES);
-    // In range: there are fewer than 2³² triangles.
-    let ids_of = |index: usize| (index * chunk) as u32..((index + 1) * chunk).min(triangles.len()) as u32;
+/// Bytes that ordering takes at its peak, the permutation included.
+pub(crate) fn bytes_for(items: usize) -> usize {
+    let chunks = rayon::current_num_threads().min(MAX_CHUNKS);
+    items * size_of::<u32>() + (chunks + 1) * CELLS * size_of::<u32>()
+}
 
-    // Count each chunk's triangles per cell.
-    let count = |index: usize| {
+/// The triangles in the order of a curve.
+pub(crate) fn of_triangles(triangles: &Triangles<'_>, level: Level) -> Vec<u32> {
+    along_curve(&Grid::over(triangles), triangles.len(), level)
+}
+
+/// Items in the order of their curve.
+pub(crate) fn along_curve<I: OnCurve>(items: &I, total: usize, level: Level) -> Vec<u32> {
+    let threads = rayon::current_num_threads().min(MAX_CHUNKS);
+    let chunk = total.div_ceil(threads).next_multiple_of(LANES);
+    // In range: there are fewer than 2³² items.
+    let ids_of = |index: usize| (index * chunk) as u32..((index + 1) * chunk).min(total) as u32;
+
+    // Count each chunk's items per cell.
+    let count_chunk = |index: usize| {
         let mut counts = vec![0_u32; CELLS];
-        dispatch!(level, simd => grid.count(simd, triangles, ids_of(index), &mut counts));
+        dispatch!(level, simd => count(simd, items, ids_of(index), &mut counts));
         counts
     };
-    let chunks = triangles.len().div_ceil(chunk.max(1));
-    let mut chunks: Vec<Vec<u32>> = (0..chunks).into_par_iter().map(count).collect();
+    let chunks = total.div_ceil(chunk.max(1));
+    let mut chunks: Vec<Vec<u32>> = (0..chunks).into_par_iter().map(count_chunk).collect();
 
-    // The first place of each chunk's triangles of each cell.
+    // The first place of each chunk's items of each cell.
     let (mut next, mut ends) = (0, Vec::with_capacity(CELLS));
     for cell in 0..CELLS {
         for counts in &mut chunks {
@@ -70,29 +80,61 @@ pub(crate) fn along_curve(triangles: &Triangles<'_>, level: Level) -> Vec<u32> {
     }
 
     // Every place is written once. Relaxed stores are plain ones; they let chunks write side by side.
-    let order: Vec<AtomicU32> = (0..triangles.len()).map(|_| AtomicU32::new(0)).collect();
-    let packing = Packing::of(triangles.len());
+    let order: Vec<AtomicU32> = (0..total).map(|_| AtomicU32::new(0)).collect();
+    let packing = Packing::of(total);
     chunks.par_iter_mut().enumerate().for_each(|(index, next)| {
-        dispatch!(level, simd => grid.scatter(simd, triangles, ids_of(index), next, packing, &order));
+        dispatch!(level, simd => scatter(simd, items, ids_of(index), next, packing, &order));
     });
     let mut order: Vec<u32> = order.into_iter().map(AtomicU32::into_inner).collect();
-    sort_within_cells(&mut order, &ends);
+    sort_within_cells(&mut order, &ends, I::FEW);
     order.par_iter_mut().with_min_len(1 << 14).for_each(|id| *id &= packing.ids);
     order
 }
 
-/// Sorts the triangles of each cell that holds many by (finer cell, id), in parallel over disjoint cells.
-fn sort_within_cells(order: &mut [u32], ends: &[u32]) {
+/// Counts items per cell.
+#[inline(always)]
+fn count<S: Simd>(simd: S, items: &impl OnCurve, ids: std::ops::Range<u32>, counts: &mut [u32]) {
+    for first in ids.clone().step_by(LANES) {
+        let places = items.places(simd, first);
+        for place in &places[..LANES.min((ids.end - first) as usize)] {
+            counts[(place >> FINE_BITS) as usize % CELLS] += 1;
+        }
+    }
+}
+
+/// Brings items to the places that are next in their cells.
+#[inline(always)]
+fn scatter<S: Simd>(
+    simd: S,
+    items: &impl OnCurve,
+    ids: std::ops::Range<u32>,
+    next: &mut [u32],
+    packing: Packing,
+    order: &[AtomicU32],
+) {
+    for first in ids.clone().step_by(LANES) {
+        let places = items.places(simd, first);
+        for (id, place) in (first..ids.end).zip(places) {
+            let next = &mut next[(place >> FINE_BITS) as usize % CELLS];
+            let fine = place & ((1 << FINE_BITS) - 1);
+            order[*next as usize].store(packing.pack(fine, id), Ordering::Relaxed);
+            *next += 1;
+        }
+    }
+}
+
+/// Sorts the items of each cell that holds many by (finer cell, id), in parallel over disjoint cells.
+fn sort_within_cells(order: &mut [u32], ends: &[u32], few: usize) {
     let (mut rest, mut start) = (order, 0);
     let mut slices = Vec::new();
     for &end in ends {
         let (cell, after) = rest.split_at_mut((end - start) as usize);
         (rest, start) = (after, end);
-        if cell.len() > FEW {
+        if cell.len() > few {
             slices.push(cell);
         }
     }
-    slices.into_par_iter().with_min_len(64).for_each(|cell: &mut [u32]| cell.sort_unstable());
+    slices.into_par_iter().with_min_len(16).for_each(|cell: &mut [u32]| cell.sort_unstable());
 }
 
 /// How a finer cell and an id share a u32.
@@ -107,12 +149,12 @@ struct Packing {
 }
 
 impl Packing {
-    /// For the ids of so many triangles.
-    fn of(triangles: usize) -> Self {
+    /// For the ids of so many items.
+    fn of(items: usize) -> Self {
         // In range: at most 32.
-        let shift = (usize::BITS - triangles.leading_zeros()).min(u32::BITS - 1);
-        let lost = (3 * FINE_BITS).saturating_sub(u32::BITS - shift);
-        let ids = if triangles >> shift == 0 { (1 << shift) - 1 } else { u32::MAX };
+        let shift = (usize::BITS - items.leading_zeros()).min(u32::BITS - 1);
+        let lost = (FINE_BITS).saturating_sub(u32::BITS - shift);
+        let ids = if items >> shift == 0 { (1 << shift) - 1 } else { u32::MAX };
         Self { ids, lost, shift }
     }
 
@@ -123,63 +165,30 @@ impl Packing {
 }
 
 /// Cubic cells over a box. f32 is fine enough.
-struct Grid {
+struct Grid<'a> {
+    triangles: &'a Triangles<'a>,
     lo: [f32; 3],
     cells_per_unit: f32,
 }
 
-impl Grid {
-    /// 2^(CELL_BITS + FINE_BITS) cells along the longest side.
-    fn over(bounds: &Aabb) -> Self {
+impl<'a> Grid<'a> {
+    /// 256 fine cells along the longest side.
+    fn over(triangles: &'a Triangles<'a>) -> Self {
+        let bounds = triangles.position_bounds();
         let longest = bounds.extent()[bounds.longest_axis()];
-        let cells = f64::from(1_u32 << (CELL_BITS + FINE_BITS));
-        let cells_per_unit = if longest > 0.0 { cells / longest } else { 0.0 };
-        Self { lo: bounds.lo, cells_per_unit: cells_per_unit as f32 }
+        let cells_per_unit = if longest > 0.0 { 256.0 / longest } else { 0.0 };
+        Self { triangles, lo: bounds.lo, cells_per_unit: cells_per_unit as f32 }
     }
+}
 
-    /// Counts triangles per cell.
-    #[inline(always)]
-    fn count<S: Simd>(
-        &self,
-        simd: S,
-        triangles: &Triangles<'_>,
-        ids: std::ops::Range<u32>,
-        counts: &mut [u32],
-    ) {
-        for first in ids.clone().step_by(LANES) {
-            let places = self.places(simd, triangles, first);
-            for place in &places[..LANES.min((ids.end - first) as usize)] {
-                counts[(place >> (3 * FINE_BITS)) as usize % CELLS] += 1;
-            }
-        }
-    }
+impl OnCurve for Grid<'_> {
+    /// One or two runs.
+    const FEW: usize = 32;
 
-    /// Brings triangles to the places that are next in their cells.
+    /// The numbers of eight triangles' first corners.
     #[inline(always)]
-    fn scatter<S: Simd>(
-        &self,
-        simd: S,
-        triangles: &Triangles<'_>,
-        ids: std::ops::Range<u32>,
-        next: &mut [u32],
-        packing: Packing,
-        order: &[AtomicU32],
-    ) {
-        for first in ids.clone().step_by(LANES) {
-            let places = self.places(simd, triangles, first);
-            for (id, place) in (first..ids.end).zip(places) {
-                let next = &mut next[(place >> (3 * FINE_BITS)) as usize % CELLS];
-                let fine = place & ((1 << (3 * FINE_BITS)) - 1);
-                order[*next as usize].store(packing.pack(fine, id), Ordering::Relaxed);
-                *next += 1;
-            }
-        }
-    }
-
-    /// The numbers along the curve, finer cells included, of eight triangles' first corners; the last triangle's are repeated.
-    #[inline(always)]
-    fn places<S: Simd>(&self, simd: S, triangles: &Triangles<'_>, first: u32) -> [u32; LANES] {
-        let corners = first_corners(simd, triangles, first);
+    fn places<S: Simd>(&self, simd: S, first: u32) -> [u32; LANES] {
+        let corners = first_corners(simd, self.triangles, first);
         let mut place = u32x8::simd_from(simd, 0);
         for (k, corner) in corners.into_iter().enumerate() {
             let cell = (corner - self.lo[k]) * self.cells_per_unit;
@@ -191,7 +200,7 @@ impl Grid {
     }
 }
 
-/// Bit k of a number of CELL_BITS + FINE_BITS = 8 bits moves to bit 3k.
+/// Bit k of a number of 8 bits moves to bit 3k.
 #[inline(always)]
 fn spread<S: Simd>(x: u32x8<S>) -> u32x8<S> {
     let x = (x | x << 8) & 0x0000_F00F;
@@ -206,7 +215,7 @@ mod tests {
 
     fn ordered(positions: &[[f32; 3]], indices: &[[u32; 3]]) -> Vec<u32> {
         let triangles = Triangles::new(positions, indices).expect("valid triangles");
-        along_curve(&triangles, Isa::Auto.level().expect("every machine has one"))
+        of_triangles(&triangles, Isa::Auto.level().expect("every machine has one"))
     }
 
     #[test]

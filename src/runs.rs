@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use crate::gather::bounds;
 use crate::lanes::{Boxes, LANES};
-use crate::order::{along_curve, bytes_for};
+use crate::order::{bytes_for, of_triangles};
 use crate::{Aabb, Triangles};
 
 /// Triangles per run.
@@ -64,7 +64,7 @@ impl Runs {
             let mut places = Vec::new();
             if !is_coherent(triangles) {
                 ordering = bytes_for(triangles.len());
-                places = along_curve(triangles, level);
+                places = of_triangles(triangles, level);
             }
             Order { places, triangles: triangles.len() }
         });

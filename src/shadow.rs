@@ -9,6 +9,8 @@
 //! Based on: Lance Williams, "Casting Curved Shadows on Curved Surfaces", 1978 (visibility from the light); Gregory Johnson
 //! et al., "The Irregular Z-Buffer", 2005 (at the points that are asked for).
 
+use glam::DVec3;
+
 use crate::pencil::Origin;
 use crate::predicates::covers;
 use crate::ray::{Ties, check_direction, check_origin};
@@ -26,7 +28,7 @@ pub struct Receiver {
 
 impl Receiver {
     /// The segment from a light.
-    fn segment(&self, light: glam::DVec3) -> Segment {
+    fn segment(&self, light: DVec3) -> Segment {
         Segment { from: light, to: widen(self.point), receiver: Some(self.triangle) }
     }
 }
@@ -40,6 +42,14 @@ pub(crate) fn check(light: Origin, receivers: &[Receiver]) -> Result<(), Error> 
     // Every finite f32 is an origin.
     let is_infinite = |receiver: &&Receiver| !receiver.point.iter().all(|x| x.is_finite());
     receivers.iter().find(is_infinite).map_or(Ok(()), |receiver| check_origin(widen(receiver.point)))
+}
+
+/// What stands for a receiver in a light's pencil: a direction, or a start point.
+pub(crate) fn sample(light: Origin, receiver: &Receiver) -> DVec3 {
+    match light {
+        Origin::Point(light) => widen(receiver.point) - light,
+        Origin::Infinity(_) => widen(receiver.point),
+    }
 }
 
 /// A ray on which every triangle between a light and a receiver lies: for culling only.

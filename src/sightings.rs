@@ -33,11 +33,11 @@ pub(crate) struct Sightings {
 }
 
 /// Eight receivers.
-struct Eight<S: Simd> {
-    at: [Lanes<S>; 2],
+pub(crate) struct Eight<S: Simd> {
+    pub(crate) at: [Lanes<S>; 2],
     depth: Lanes<S>,
-    /// The lanes, as bits, on each face.
-    faces: [u64; 6],
+    /// The number of the face, see [`Plane::face`].
+    pub(crate) face: Lanes<S>,
 }
 
 impl Sightings {
@@ -46,26 +46,21 @@ impl Sightings {
         Self { count: 0, at: [[0.0; CLUSTER]; 2], depth: [0.0; CLUSTER], places: [0; CLUSTER] }
     }
 
-    /// Sees at most [`CLUSTER`] receivers: those on one face, or all of them. Tells, as bits, which faces there are.
+    /// Sees at most [`CLUSTER`] receivers: those on one face, or all of them. Tells the first and the last face.
     #[inline(always)]
     pub(crate) fn see<S: Simd>(
         &mut self,
         simd: S,
         light: Origin,
-        receivers: &[Receiver],
+        (receivers, ids): (&[Receiver], &[u32]),
         only: Option<usize>,
-    ) -> u32 {
-        let (mut count, mut all_faces) = (0, 0);
-        for (index, eight) in receivers.chunks(LANES).enumerate() {
-            let points = gather::points(simd, eight);
-            let Eight { at, depth, faces } = match light {
-                Origin::Point(light) => from_point(simd, points.minus(Points::splat(simd, light))),
-                Origin::Infinity(direction) => along(points, direction),
-            };
-            let here = (1 << eight.len()) - 1;
-            for (face, lanes) in faces.iter().enumerate() {
-                all_faces |= u32::from(lanes & here != 0) << face;
-            }
+    ) -> [usize; 2] {
+        let mut count = 0;
+        let mut first_face = Lanes::simd_from(simd, f64::INFINITY);
+        let mut last_face = -first_face;
+        for (index, eight) in ids.chunks(LANES).enumerate() {
+            let Eight { at, depth, face } = see_eight(simd, light, gather::points_of(simd, receivers, eight));
+            (first_face, last_face) = (first_face.min(face), last_face.max(face));
             let Some(only) = only else {
                 at[0].store_slice(&mut self.at[0][count..count + LANES]);
                 at[1].store_slice(&mut self.at[1][count..count + LANES]);
@@ -74,14 +69,15 @@ impl Sightings {
                 continue;
             };
             let (at, depth) = ([at[0].to_array(), at[1].to_array()], depth.to_array());
-            for lane in bits(faces[only] & here) {
+            let here = (1 << eight.len()) - 1;
+            for lane in bits(face.simd_eq(only as f64).to_bitmask() & here) {
                 (self.at[0][count], self.at[1][count]) = (at[0][lane], at[1][lane]);
                 // In range: a cluster is smaller.
                 (self.depth[count], self.places[count]) = (depth[lane], (index * LANES + lane) as u16);
                 count += 1;
             }
         }
-        self.count = count.min(receivers.len());
+        self.count = count.min(ids.len());
         if only.is_none() {
             (0..).zip(&mut self.places[..self.count]).for_each(|(index, place)| *place = index);
         } else if let Some(last) = self.count.checked_sub(1) {
@@ -92,7 +88,10 @@ impl Sightings {
                 numbers[self.count..end].fill(repeated);
             }
         }
-        all_faces
+        // In range: 0 to 5.
+        let least = first_face.to_array().into_iter().fold(f64::INFINITY, f64::min);
+        let greatest = last_face.to_array().into_iter().fold(0.0, f64::max);
+        [least as usize, greatest as usize]
     }
 
     /// The least and the greatest place on each axis, and the greatest magnitude of a depth.
@@ -115,6 +114,15 @@ impl Sightings {
     }
 }
 
+/// Sees eight points.
+#[inline(always)]
+pub(crate) fn see_eight<S: Simd>(simd: S, light: Origin, points: Points<S>) -> Eight<S> {
+    match light {
+        Origin::Point(light) => from_point(simd, points.minus(Points::splat(simd, light))),
+        Origin::Infinity(direction) => along(simd, points, direction),
+    }
+}
+
 /// Eight vectors from a light, on the faces of a cube.
 #[inline(always)]
 fn from_point<S: Simd>(simd: S, Points { x, y, z }: Points<S>) -> Eight<S> {
@@ -130,22 +138,18 @@ fn from_point<S: Simd>(simd: S, Points { x, y, z }: Points<S>) -> Eight<S> {
     // A receiver at the light is seen anywhere.
     let seen: LaneMask<S> = ahead.abs().simd_gt(zero);
     let at = [seen.select(right * inverse, zero), seen.select(up * inverse, zero)];
-    let (on_x, on_y, negative) = (is_x.to_bitmask(), is_y.to_bitmask(), ahead.simd_lt(zero).to_bitmask());
-    let axes = [on_x, on_y & !on_x, !on_x & !on_y];
-    let faces =
-        [0, 1, 2, 3, 4, 5].map(|face| axes[face / 2] & if face % 2 == 0 { !negative } else { negative });
-    Eight { at, depth: inverse, faces }
+    let face = is_x.select(zero, is_y.select(zero + 2.0, zero + 4.0));
+    let face = face + ahead.simd_lt(zero).select(zero + 1.0, zero);
+    Eight { at, depth: inverse, face }
 }
 
 /// Eight points along parallel rays.
 #[inline(always)]
-fn along<S: Simd>(points: Points<S>, direction: DVec3) -> Eight<S> {
+fn along<S: Simd>(simd: S, points: Points<S>, direction: DVec3) -> Eight<S> {
     let plane = Plane::of(Origin::Infinity(direction), direction);
     let [ahead, right, up] = plane.axes();
     let depth = points.dot(ahead);
     let slope = |axis: DVec3| direction.dot(axis) / direction.dot(ahead);
     let at = [points.dot(right) - depth * slope(right), points.dot(up) - depth * slope(up)];
-    let mut faces = [0; 6];
-    faces[plane.face() as usize] = u64::MAX;
-    Eight { at, depth, faces }
+    Eight { at, depth, face: Lanes::simd_from(simd, plane.face() as f64) }
 }
