@@ -128,6 +128,12 @@ impl Camera {
         if self.lens == Lens::Cube { self.width.saturating_mul(6) } else { self.height }
     }
 
+    /// Pixels of the picture.
+    #[must_use]
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.rows() as usize
+    }
+
     /// The rays through the pixel centres.
     ///
     /// # Errors

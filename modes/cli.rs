@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use umbel::{Accuracy, Aov, Isa, Options, Path};
+use umbel::{Accuracy, Isa, Options, Path};
 
 use crate::camera_args::CameraArgs;
 use crate::parse::parse_bytes;
+use crate::picture_args::PictureArgs;
 
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 runtime failure, 2 usage, 3 bad input, 4 limit hit, \
 5 a comparison found a difference, 130 interrupted.";
@@ -137,17 +138,8 @@ pub(crate) struct RenderArgs {
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 
-    /// PNG: shaded preview. EXR: preview and every AOV asked for. NPY: linear preview. Default umbel.png
-    #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: Option<PathBuf>,
-
-    /// id, depth, distance, normal, position, bary, object or work (a heat map): NAME=FILE.npy, or NAME alone to add it to the EXR
-    #[arg(long = "aov", value_name = "NAME[=FILE.npy]", value_parser = parse_aov)]
-    pub(crate) aovs: Vec<(Aov, Option<PathBuf>)>,
-
-    /// Samples per pixel of the preview; AOVs are those of the pixel centre
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub(crate) samples: u32,
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
 
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
@@ -176,33 +168,4 @@ pub(crate) struct InfoArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-/// "NAME" or "NAME=FILE.npy".
-fn parse_aov(text: &str) -> Result<(Aov, Option<PathBuf>), String> {
-    let (name, file) = match text.split_once('=') {
-        Some((name, file)) => (name, Some(file)),
-        None => (text, None),
-    };
-    let aov = match name {
-        "id" => Aov::Id,
-        "depth" => Aov::Depth,
-        "distance" => Aov::Distance,
-        "normal" => Aov::Normal,
-        "position" => Aov::Position,
-        "bary" => Aov::Bary,
-        "object" => Aov::Object,
-        "work" => Aov::Work,
-        _ => {
-            return Err(format!(
-                "{name} is none of id, depth, distance, normal, position, bary, object, work"
-            ));
-        }
-    };
-    match file {
-        Some(file) if !file.to_ascii_lowercase().ends_with(".npy") => {
-            Err(format!("{file}: an AOV is written as .npy"))
-        }
-        file => Ok((aov, file.map(PathBuf::from))),
-    }
 }

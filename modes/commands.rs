@@ -1,8 +1,6 @@
 //! The verbs of the command line: each reads a scene, runs the library, and writes what it was asked for.
 
-use std::collections::HashSet;
 use std::io::Write as _;
-use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -12,7 +10,7 @@ use umbel::{
 };
 
 use crate::cli::{Common, InfoArgs, RenderArgs, VerifyArgs};
-use crate::picture::{Picture, extension};
+use crate::picture::{Files, Picture, Sight};
 use crate::report::{Report, Times, kibibytes, timed};
 
 /// Reads a scene and says what was noticed.
@@ -29,91 +27,57 @@ pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Resu
 
 /// `umbel render`.
 pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
-    let output = output_of(args)?;
+    let output = args.picture.checked_output()?;
     let mut times = Times::default();
     let scene = load_scene(&args.scene, common, &mut times)?;
     let camera = args.camera.camera(&scene)?;
     check_memory(&scene, &camera, common)?;
+    let sight = Sight::of_camera(&camera)?;
+    see("render", &scene, sight, &Files { args: &args.picture, output }, common, times)
+}
 
+/// Finds what the rays of a sight hit, and writes the files that were asked for and nothing else.
+pub(crate) fn see(
+    command: &'static str,
+    scene: &Scene,
+    sight: Sight,
+    files: &Files<'_>,
+    common: &Common,
+    mut times: Times,
+) -> Result<(), Error> {
     // The engine: visibility of the pixel centres.
     let options = common.options();
-    let (triangles, shot) = (scene.geometry()?, camera.shot()?);
+    let triangles = scene.geometry()?;
     let mut frame = if common.keep_order { Frame::keeping_order() } else { Frame::new() };
     let mut stats = Stats::default();
     for _ in 0..common.repeat {
         let mut milliseconds = 0.0;
-        stats = timed(&mut milliseconds, || frame.closest_hit(&triangles, &shot.pencil, &options))?;
+        stats = timed(&mut milliseconds, || frame.closest_hit(&triangles, &sight.shot.pencil, &options))?;
         times.engine.push(milliseconds);
     }
-    let buffer = VisibilityBuffer::new(&camera, shot, frame);
+    let pixels = sight.pixels();
+    let Sight { shot, shape, camera } = sight;
+    let buffer = VisibilityBuffer::new(shot, pixels, frame);
 
-    // What was asked for, and nothing else.
     let mut hash = blake3::Hasher::new();
-    let progress = progress(args.samples, common);
-    let linear = match &output {
-        Some(_) => Some(timed(&mut times.shade, || {
-            preview(&scene, &camera, &buffer, args.samples, &options, |pass| {
-                progress.set_position(u64::from(pass))
-            })
+    let samples = files.args.samples;
+    let progress = progress(samples, common);
+    let linear = match (&files.output, &camera) {
+        (Some(_), Some(camera)) => Some(timed(&mut times.shade, || {
+            preview(scene, camera, &buffer, samples, &options, |pass| progress.set_position(u64::from(pass)))
         })?),
-        None => None,
+        _ => None,
     };
     progress.finish_and_clear();
-    let picture = Picture { scene: &scene, camera: &camera, buffer: &buffer };
-    timed(&mut times.write, || picture.write(args, output.as_deref(), linear, &mut hash))?;
+    let picture = Picture { scene, shape, buffer: &buffer };
+    timed(&mut times.write, || picture.write(files, linear, &mut hash))?;
 
     if common.verbose {
         print_run(&times, &stats);
     }
     let rays = buffer.hits.len();
-    let report = Report {
-        command: "render",
-        scene: &scene,
-        rays,
-        options,
-        times: &times,
-        stats,
-        hash: hash.finalize(),
-    };
+    let report = Report { command, scene, rays, options, times: &times, stats, hash: hash.finalize() };
     common.report.as_deref().map_or(Ok(()), |path| report.write(path))
-}
-
-/// Where the picture goes: `-o`, or umbel.png where nothing at all was asked for.
-fn output_of(args: &RenderArgs) -> Result<Option<PathBuf>, Error> {
-    refuse_collisions(args)?;
-    let Some(output) = &args.output else {
-        if let Some((aov, _)) = args.aovs.iter().find(|(_, file)| file.is_none()) {
-            let name = format!("{aov:?}").to_ascii_lowercase();
-            return Err(Error::Usage(format!(
-                "--aov {name} without a file needs -o FILE.exr; or write --aov {name}=FILE.npy"
-            )));
-        }
-        return Ok(args.aovs.is_empty().then(|| PathBuf::from("umbel.png")));
-    };
-    let format = extension(output);
-    if !["png", "exr", "npy"].contains(&format.as_str()) {
-        return Err(Error::Usage(format!("{}: -o takes .png, .exr or .npy", output.display())));
-    }
-    if format != "exr" && args.aovs.iter().any(|(_, file)| file.is_none()) {
-        return Err(Error::Usage(
-            "--aov NAME without a file adds it to an EXR: use -o FILE.exr, or --aov NAME=FILE.npy".into(),
-        ));
-    }
-    Ok(Some(output.clone()))
-}
-
-/// Refuses two outputs under one name, and one channel given twice.
-fn refuse_collisions(args: &RenderArgs) -> Result<(), Error> {
-    let files = args.aovs.iter().filter_map(|(_, file)| file.as_ref()).chain(&args.output);
-    let mut seen = HashSet::new();
-    if let Some(file) = files.into_iter().find(|file| !seen.insert(*file)) {
-        return Err(Error::Usage(format!("{}: two outputs have this name", file.display())));
-    }
-    let mut channels = HashSet::new();
-    let twice = args.aovs.iter().find(|(aov, file)| file.is_none() && !channels.insert(*aov));
-    twice.map_or(Ok(()), |(aov, _)| {
-        Err(Error::Usage(format!("--aov {} is given twice", format!("{aov:?}").to_ascii_lowercase())))
-    })
 }
 
 /// Stops before the start when the forecast exceeds `--max-memory`, or else what the machine has left.

@@ -5,6 +5,7 @@ mod cli;
 mod commands;
 mod parse;
 mod picture;
+mod picture_args;
 mod report;
 
 use std::process::ExitCode;

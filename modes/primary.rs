@@ -70,7 +70,7 @@ pub fn visibility(
     let triangles = scene.geometry()?;
     let mut frame = Frame::new();
     let stats = frame.closest_hit(&triangles, &shot.pencil, options)?;
-    Ok((VisibilityBuffer::new(camera, shot, frame), stats))
+    Ok((VisibilityBuffer::new(shot, camera.pixels(), frame), stats))
 }
 
 /// The linear preview, (r, g, b) per pixel: the mean of `samples` passes over sub-pixel positions.
@@ -107,10 +107,9 @@ pub fn preview(
 }
 
 impl VisibilityBuffer {
-    /// What a frame holds of a camera's shot.
+    /// What a frame holds of a shot that makes up `pixels` pixels.
     #[must_use]
-    pub fn new(camera: &Camera, shot: Shot, frame: Frame) -> Self {
-        let pixels = camera.width as usize * camera.rows() as usize;
+    pub fn new(shot: Shot, pixels: usize, frame: Frame) -> Self {
         let tiles = frame.tiles().to_vec();
         Self { shot, hits: frame.into_hits(), tiles, pixels }
     }
