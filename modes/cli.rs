@@ -8,6 +8,7 @@ use umbel::{Accuracy, Isa, Options, Path};
 use crate::camera_args::CameraArgs;
 use crate::parse::parse_bytes;
 use crate::picture_args::PictureArgs;
+use crate::probe_args::ProbeArgs;
 
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 runtime failure, 2 usage, 3 bad input, 4 limit hit, \
 5 a comparison found a difference, 130 interrupted.";
@@ -126,6 +127,8 @@ pub(crate) enum PathArg {
 pub(crate) enum Command {
     /// Render what a camera sees: a shaded preview, ids, depth, normals, positions
     Render(RenderArgs),
+    /// Look all around from one place: environment maps, and the ranges that a LiDAR measures
+    Probe(ProbeArgs),
     /// Check pencils against the general path and against tiny-skia, on your own scene
     Verify(VerifyArgs),
     /// Print counts, bounds, and degenerate and non-finite elements

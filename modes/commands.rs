@@ -80,15 +80,26 @@ pub(crate) fn see(
     common.report.as_deref().map_or(Ok(()), |path| report.write(path))
 }
 
-/// Stops before the start when the forecast exceeds `--max-memory`, or else what the machine has left.
+/// Stops before the start when a picture needs more than `--max-memory`, or else what the machine has left.
 pub(crate) fn check_memory(scene: &Scene, camera: &Camera, common: &Common) -> Result<(), Error> {
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
     // Hits 8, preview 12 and its sum 12, bytes of the picture 3, the widest derived image 12.
     let flat = 47;
-    // Lenses that bend straight lines keep a direction and a pixel per ray, and their order.
-    let bent = matches!(camera.lens, Lens::Equirect | Lens::Fisheye { .. });
-    let forecast = pixels * if bent { flat + 36 } else { flat } + scene.triangles.len() as u64 * 6;
-    let remedy = if camera.lens == Lens::Cube { "--cube-size" } else { "--size" };
+    let per_pixel = if camera.lens.bends_lines() { flat + SCATTERED_BYTES } else { flat };
+    let remedy = match camera.lens {
+        Lens::Cube => "--cube-size",
+        Lens::Spinning { .. } => "--pattern",
+        _ => "--size",
+    };
+    limit_memory(pixels * per_pixel, scene, remedy, common)
+}
+
+/// A scattered ray keeps a direction and a pixel, and its place in their order.
+pub(crate) const SCATTERED_BYTES: u64 = 36;
+
+/// Stops when so many bytes, with the engine's own for the triangles, are more than there may be.
+pub(crate) fn limit_memory(bytes: u64, scene: &Scene, remedy: &str, common: &Common) -> Result<(), Error> {
+    let forecast = bytes + scene.triangles.len() as u64 * 6;
     let (limit, name) = match common.max_memory {
         Some(limit) => (limit, "--max-memory"),
         None => (available_bytes().unwrap_or(u64::MAX), "the memory that is left,"),
@@ -138,7 +149,7 @@ pub(crate) fn verify_scene(args: &VerifyArgs, common: &Common) -> Result<(), Err
     let mut times = Times::default();
     let scene = load_scene(&args.scene, common, &mut times)?;
     let camera = args.camera.camera(&scene)?;
-    if args.difference.is_some() && matches!(camera.lens, Lens::Equirect | Lens::Fisheye { .. }) {
+    if args.difference.is_some() && camera.lens.bends_lines() {
         let what = "--difference needs a lens with straight lines: pinhole, ortho or cube";
         return Err(Error::Usage(what.into()));
     }

@@ -40,6 +40,7 @@ mod load;
 #[cfg(feature = "obj")]
 mod mtl;
 mod npy;
+mod npy_reader;
 #[cfg(feature = "obj")]
 mod obj;
 #[cfg(feature = "obj")]
@@ -47,6 +48,7 @@ mod obj_source;
 #[cfg(feature = "obj")]
 mod obj_text;
 mod output;
+mod pattern;
 mod png_file;
 mod primary;
 mod raster;
@@ -65,11 +67,13 @@ pub use scene::{Material, NO_INDEX, Object, Scene};
 
 pub use camera::{CUBE_FACES, Camera, Lens, Shot};
 pub use info::{Info, info};
+pub use pattern::{Pattern, read_pattern};
 pub use primary::{Aov, AovData, VisibilityBuffer, preview, visibility};
 pub use verify::{Mark, Verification, verify, verify_buffer};
 
 pub use exr_file::{Channel, Samples, read_exr, write_exr};
 pub use npy::{Array, write_npy};
+pub use npy_reader::read_npy;
 pub use output::{WriteSeek, write_atomically};
 pub use png_file::{read_png_rgb8, srgb_encode, write_png_rgb8, write_png_rgba8};
 

@@ -6,6 +6,8 @@ mod commands;
 mod parse;
 mod picture;
 mod picture_args;
+mod probe_args;
+mod probe_command;
 mod report;
 
 use std::process::ExitCode;
@@ -33,6 +35,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
     let pool = pool.map_err(|error| Error::Usage(format!("--threads {}: {error}", cli.common.threads)))?;
     pool.install(|| match &cli.command {
         Command::Render(args) => commands::render(args, &cli.common),
+        Command::Probe(args) => probe_command::probe(args, &cli.common),
         Command::Verify(args) => commands::verify_scene(args, &cli.common),
         Command::Info(args) => commands::info_scene(args, &cli.common),
     })

@@ -6,6 +6,7 @@
 //! Based on: Christopher Burns and Warren Hunt, "The Visibility Buffer: A Cache-Friendly Approach to Deferred Shading",
 //! 2013.
 
+use glam::DVec3;
 use rayon::prelude::*;
 use umbel_core::{Frame, Hit, Hits, NO_TRIANGLE, Options, Ray, Stats, TileStats, Triangles, closest_hit};
 
@@ -136,9 +137,7 @@ impl VisibilityBuffer {
             Aov::Id => AovData::U32(self.ids()),
             Aov::Depth => AovData::F32(1, self.ts()),
             Aov::Object => AovData::U32(self.objects(scene)),
-            Aov::Distance => {
-                self.derived([f32::INFINITY], |ray, hit| [(f64::from(hit.t) * ray.direction.length()) as f32])
-            }
+            Aov::Distance => self.derived([f32::INFINITY], |ray, hit| [distance(&triangles, ray, hit)]),
             Aov::Normal => {
                 self.derived([f32::NAN; 3], |_, hit| triangles.normal(hit.id).to_array().map(|x| x as f32))
             }
@@ -223,12 +222,28 @@ impl VisibilityBuffer {
     }
 }
 
-/// The point that a ray sees: the corners weighted, so that it lies on the triangle.
+/// The Euclidean distance from the start of a ray to what it sees, at most [`f32::MAX`]: +∞ is a miss.
+fn distance(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> f32 {
+    // At the ends of its range t is no longer a rounded distance.
+    let length = if hit.t.is_normal() && hit.t < f32::MAX {
+        f64::from(hit.t) * ray.direction.length()
+    } else {
+        (point(triangles, ray, hit) - ray.origin).length()
+    };
+    if length < f64::from(f32::MAX) { length as f32 } else { f32::MAX }
+}
+
+/// The point that a ray sees, rounded.
 fn position(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> [f32; 3] {
+    point(triangles, ray, hit).to_array().map(|x| x as f32)
+}
+
+/// The point that a ray sees: the corners weighted, so that it lies on the triangle.
+fn point(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> DVec3 {
     let weights = triangles.barycentrics(hit.id, ray);
     let corners = triangles.corners(hit.id);
-    [0, 1, 2].map(|k| {
+    DVec3::from_array([0, 1, 2].map(|k| {
         let weighted = |corner: usize| weights[corner] * f64::from(corners[corner][k]);
-        (weighted(0) + weighted(1) + weighted(2)) as f32
-    })
+        weighted(0) + weighted(1) + weighted(2)
+    }))
 }
