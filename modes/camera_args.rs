@@ -2,11 +2,13 @@
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
+use serde::Deserialize;
 use umbel::{Camera, Error, Lens, Scene, builtin_view};
 
 use crate::parse::{parse_size, parse_vector};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum LensArg {
     Pinhole,
     Ortho,
@@ -21,18 +23,18 @@ pub(crate) enum LensArg {
 pub(crate) struct CameraArgs {
     /// Position of the eye; of an ortho camera, the middle of the film
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
-    eye: Option<DVec3>,
+    pub(crate) eye: Option<DVec3>,
 
     /// World units from the lower to the upper edge of an ortho picture
     #[arg(long, value_name = "UNITS")]
-    height: Option<f64>,
+    pub(crate) height: Option<f64>,
 
     /// The lens
     #[arg(long = "camera", value_enum, default_value = "pinhole")]
-    lens: LensArg,
+    pub(crate) lens: LensArg,
 
     #[command(flatten)]
-    view: ViewArgs,
+    pub(crate) view: ViewArgs,
 }
 
 /// Where a camera looks and how finely, wherever its eye is.

@@ -129,6 +129,8 @@ pub(crate) enum Command {
     Render(RenderArgs),
     /// Look all around from one place: environment maps, and the ranges that a LiDAR measures
     Probe(ProbeArgs),
+    /// List the triangles that any of some views sees
+    Visible(VisibleArgs),
     /// Check pencils against the general path and against tiny-skia, on your own scene
     Verify(VerifyArgs),
     /// Print counts, bounds, and degenerate and non-finite elements
@@ -143,6 +145,28 @@ pub(crate) struct RenderArgs {
 
     #[command(flatten)]
     pub(crate) picture: PictureArgs,
+
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct VisibleArgs {
+    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    #[arg(default_value = "builtin:umbel")]
+    pub(crate) scene: String,
+
+    /// NPY: the ids as an array. TXT: one a line. Without it they are printed
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// Print visible and all triangles of each object, and their share, instead of ids
+    #[arg(long)]
+    pub(crate) objects: bool,
+
+    /// Views in a file: [{"eye": [x,y,z], "target": [x,y,z], "fov": 60, "size": [640,480]}, ...] or a table of such by name; also up, camera, height and cube_size
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["eye", "target", "up", "fov", "height", "size", "cube_size", "lens"])]
+    pub(crate) views: Option<PathBuf>,
 
     #[command(flatten)]
     pub(crate) camera: CameraArgs,

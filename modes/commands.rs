@@ -61,7 +61,7 @@ pub(crate) fn see(
 
     let mut hash = blake3::Hasher::new();
     let samples = files.args.samples;
-    let progress = progress(samples, common);
+    let progress = progress(samples, "samples", common);
     let linear = match (&files.output, &camera) {
         (Some(_), Some(camera)) => Some(timed(&mut times.shade, || {
             preview(scene, camera, &buffer, samples, &options, |pass| progress.set_position(u64::from(pass)))
@@ -118,12 +118,12 @@ pub(crate) fn available_bytes() -> Option<u64> {
 }
 
 /// A bar over passes: on stderr, on a terminal, and only when there is more than one.
-pub(crate) fn progress(passes: u32, common: &Common) -> ProgressBar {
+pub(crate) fn progress(passes: u32, what: &str, common: &Common) -> ProgressBar {
     if common.quiet || passes <= 1 {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::new(u64::from(passes));
-    match ProgressStyle::with_template("{bar:40} {pos}/{len} samples, {eta} left") {
+    match ProgressStyle::with_template(&format!("{{bar:40}} {{pos}}/{{len}} {what}, {{eta}} left")) {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
     }

@@ -56,6 +56,7 @@ mod scene;
 mod shade;
 mod sweep;
 mod verify;
+mod visible;
 
 pub use error::Error;
 
@@ -70,6 +71,7 @@ pub use info::{Info, info};
 pub use pattern::{Pattern, read_pattern};
 pub use primary::{Aov, AovData, VisibilityBuffer, preview, visibility};
 pub use verify::{Mark, Verification, verify, verify_buffer};
+pub use visible::{Visible, visible};
 
 pub use exr_file::{Channel, Samples, read_exr, write_exr};
 pub use npy::{Array, write_npy};

@@ -9,6 +9,8 @@ mod picture_args;
 mod probe_args;
 mod probe_command;
 mod report;
+mod views;
+mod visible_command;
 
 use std::process::ExitCode;
 
@@ -36,6 +38,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
     pool.install(|| match &cli.command {
         Command::Render(args) => commands::render(args, &cli.common),
         Command::Probe(args) => probe_command::probe(args, &cli.common),
+        Command::Visible(args) => visible_command::visible_triangles(args, &cli.common),
         Command::Verify(args) => commands::verify_scene(args, &cli.common),
         Command::Info(args) => commands::info_scene(args, &cli.common),
     })
