@@ -63,7 +63,7 @@ pub(crate) fn see(
     let samples = files.args.samples;
     let progress = progress(samples, "samples", common);
     let linear = match (&files.output, &camera) {
-        (Some(_), Some(camera)) => Some(timed(&mut times.shade, || {
+        (Some(_), Some(camera)) if !files.args.is_point_cloud() => Some(timed(&mut times.shade, || {
             preview(scene, camera, &buffer, samples, &options, |pass| progress.set_position(u64::from(pass)))
         })?),
         _ => None,
@@ -83,16 +83,18 @@ pub(crate) fn see(
 /// Stops before the start when a picture needs more than `--max-memory`, or else what the machine has left.
 pub(crate) fn check_memory(scene: &Scene, camera: &Camera, common: &Common) -> Result<(), Error> {
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
-    // Hits 8, preview 12 and its sum 12, bytes of the picture 3, the widest derived image 12.
-    let flat = 47;
-    let per_pixel = if camera.lens.bends_lines() { flat + SCATTERED_BYTES } else { flat };
+    let scattered = if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
     let remedy = match camera.lens {
         Lens::Cube => "--cube-size",
         Lens::Spinning { .. } => "--pattern",
         _ => "--size",
     };
-    limit_memory(pixels * per_pixel, scene, remedy, common)
+    limit_memory(pixels * (PIXEL_BYTES + scattered), scene, remedy, common)
 }
+
+/// Hits 8, and either points 28 with their positions and normals 24, or else a preview 12 and its sum 12, bytes of the picture
+/// 3 and the widest derived image 12.
+pub(crate) const PIXEL_BYTES: u64 = 60;
 
 /// A scattered ray keeps a direction and a pixel, and its place in their order.
 pub(crate) const SCATTERED_BYTES: u64 = 36;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use umbel::{
     Aov, AovData, Array, Camera, Channel, Error, Lens, Samples, Scene, Shot, VisibilityBuffer, srgb_encode,
-    write_exr, write_npy, write_png_rgb8,
+    write_exr, write_npy, write_ply, write_png_rgb8,
 };
 
 use crate::picture_args::PictureArgs;
@@ -35,7 +35,7 @@ impl Sight {
 /// The files to write.
 pub(crate) struct Files<'a> {
     pub(crate) args: &'a PictureArgs,
-    /// The preview's file, checked.
+    /// The file of the preview or of the points, checked.
     pub(crate) output: Option<PathBuf>,
 }
 
@@ -48,7 +48,7 @@ pub(crate) struct Picture<'a> {
 }
 
 impl Picture<'_> {
-    /// Writes AOVs, then the preview, and hashes what was written.
+    /// Writes AOVs, then the preview or else the points, and hashes what was written.
     pub(crate) fn write(
         &self,
         files: &Files<'_>,
@@ -64,9 +64,27 @@ impl Picture<'_> {
                 None => channels.extend(exr_channels(*aov, data)),
             }
         }
-        let (Some(output), Some(linear)) = (files.output.as_deref(), linear) else {
+        let Some(output) = files.output.as_deref() else {
             return Ok(());
         };
+        match linear {
+            Some(linear) => self.write_preview(output, linear, channels, hash),
+            None => {
+                let points = self.buffer.points(self.scene)?;
+                points.iter().for_each(|point| _ = hash.update(&point.to_le_bytes()));
+                write_ply(output, &points)
+            }
+        }
+    }
+
+    /// Writes the preview; an EXR has other channels as well.
+    fn write_preview(
+        &self,
+        output: &Path,
+        linear: Vec<f32>,
+        mut channels: Vec<Channel>,
+        hash: &mut blake3::Hasher,
+    ) -> Result<(), Error> {
         let (width, rows) = self.extents();
         match extension(output).as_str() {
             "npy" => {

@@ -11,7 +11,7 @@ use crate::picture::extension;
 /// What is made of the rays.
 #[derive(Debug, Args)]
 pub(crate) struct PictureArgs {
-    /// PNG: shaded preview. EXR: preview and every AOV asked for. NPY: linear preview. Default umbel.png
+    /// PNG: shaded preview. EXR: preview and every AOV asked for. NPY: linear preview. PLY: the points that are seen. Default umbel.png
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
@@ -25,6 +25,11 @@ pub(crate) struct PictureArgs {
 }
 
 impl PictureArgs {
+    /// Whether `-o` is a point cloud, for which nothing is shaded.
+    pub(crate) fn is_point_cloud(&self) -> bool {
+        self.output.as_deref().is_some_and(|output| extension(output) == "ply")
+    }
+
     /// Where the picture goes: `-o`, or umbel.png where nothing at all was asked for.
     pub(crate) fn checked_output(&self) -> Result<Option<PathBuf>, Error> {
         self.refuse_collisions()?;
@@ -33,12 +38,17 @@ impl PictureArgs {
             return Ok(self.aovs.is_empty().then(|| PathBuf::from("umbel.png")));
         };
         let format = extension(output);
-        if !["png", "exr", "npy"].contains(&format.as_str()) {
-            return Err(Error::Usage(format!("{}: -o takes .png, .exr or .npy", output.display())));
+        if !["png", "exr", "npy", "ply"].contains(&format.as_str()) {
+            return Err(Error::Usage(format!("{}: -o takes .png, .exr, .npy or .ply", output.display())));
         }
         if format != "exr" && self.aovs.iter().any(|(_, file)| file.is_none()) {
             return Err(Error::Usage(
                 "--aov NAME without a file adds it to an EXR: use -o FILE.exr, or --aov NAME=FILE.npy".into(),
+            ));
+        }
+        if self.samples > 1 && self.is_point_cloud() {
+            return Err(Error::Usage(
+                "--samples is for pictures; a .ply has the points of the pixel centres".into(),
             ));
         }
         Ok(Some(output.clone()))

@@ -116,16 +116,20 @@ impl ProbeArgs {
         (self.center + forward * self.center.abs().max_element().max(1.0), up)
     }
 
-    /// Refuses options that directions in a file would ignore. They give arrays and no picture.
+    /// Refuses options that directions in a file would ignore. They give points and arrays, and no picture.
     pub(crate) fn refuse_useless_with_file(&self) -> Result<(), Error> {
         let (view, picture) = (&self.view, &self.picture);
         refuse_first(&[
             (
-                picture.output.is_some() || picture.aovs.is_empty(),
-                "--pattern FILE.npy gives arrays, not a picture: ask for --aov distance=F.npy, id=F.npy or \
-                 position=F.npy (the points) instead of -o",
+                !picture.is_point_cloud() && (picture.output.is_some() || picture.aovs.is_empty()),
+                "--pattern FILE.npy gives no picture: take -o FILE.ply for the points, or arrays such as \
+                 --aov distance=F.npy --aov id=F.npy --aov position=F.npy",
             ),
-            (picture.samples > 1, "--samples is for pictures; --pattern FILE.npy gives arrays"),
+            (
+                picture.aovs.iter().any(|(_, file)| file.is_none()),
+                "--pattern FILE.npy gives no EXR that could hold --aov NAME: write --aov NAME=FILE.npy",
+            ),
+            (picture.samples > 1, "--samples is for pictures; --pattern FILE.npy gives none"),
             (view.target.is_some(), "the directions of --pattern FILE.npy are the world's: no --target"),
             (view.up.is_some(), "the directions of --pattern FILE.npy are the world's: no --up"),
             (view.fov.is_some(), "--pattern FILE.npy takes no --fov"),

@@ -2,6 +2,8 @@
 
 #[path = "probe/files.rs"]
 mod files;
+#[path = "probe/points.rs"]
+mod points;
 #[path = "probe/ranges.rs"]
 mod ranges;
 mod support;

@@ -191,13 +191,16 @@ fn options_that_a_pattern_would_ignore() {
     place.put("good.npy", directions(&[[1.0, 0.0, 0.0]]));
     let line = "--center 0,0,0 --pattern good.npy";
     for more in ["", "-o a.png", "-o a.npy", "-o a.exr --aov id=i.npy"] {
-        refuse(&place, &format!("{line} {more}"), 2, &["--aov", "position=F.npy"]);
+        refuse(&place, &format!("{line} {more}"), 2, &["-o FILE.ply", "--aov"]);
     }
     for more in ["--target 1,0,0", "--up 0,0,1", "--fov 9", "--size 9x9", "--cube-size 9", "--samples 2"] {
         let option = more.split(' ').next().expect("an option");
         refuse(&place, &format!("{line} --aov id=i.npy {more}"), 2, &[option]);
     }
-    refuse(&place, &format!("{line} --aov id"), 2, &["--aov id"]);
+    refuse(&place, &format!("{line} -o a.ply --samples 2"), 2, &["--samples"]);
+    refuse(&place, &format!("{line} -o a.ply --aov id"), 2, &["--aov NAME=FILE.npy"]);
+    refuse(&place, &format!("{line} --aov id"), 2, &["--aov NAME=FILE.npy"]);
+    refuse(&place, "--center 0,0,0 -o a.ply --samples 2", 2, &["--samples"]);
     refuse(&place, &format!("{line} --aov id=i.npy --camera cube"), 2, &["--camera", "--pattern"]);
     refuse(&place, "--center 0,0,0 --eye 0,0,0", 2, &["--eye"]);
     for more in ["--size 9x9", "--cube-size 9", "--fov 40"] {
