@@ -13,6 +13,13 @@ use crate::cli::{Common, InfoArgs, RenderArgs, VerifyArgs};
 use crate::picture::{Files, Picture, Sight};
 use crate::report::{Report, Times, kibibytes, timed};
 
+/// Bytes of a pixel: hits 8, and either points 28 with their positions and normals 24, or else a preview 12 and its sum 12,
+/// bytes of the picture 3 and the widest derived image 12.
+pub(crate) const PIXEL_BYTES: u64 = 60;
+
+/// More bytes of a scattered ray: its direction and its pixel, and its place in their order.
+pub(crate) const SCATTERED_BYTES: u64 = 36;
+
 /// Reads a scene and says what was noticed.
 pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
     let options = LoadOptions { drop_non_finite: common.drop_non_finite };
@@ -91,13 +98,6 @@ pub(crate) fn check_memory(scene: &Scene, camera: &Camera, common: &Common) -> R
     };
     limit_memory(pixels * (PIXEL_BYTES + scattered), scene, remedy, common)
 }
-
-/// Hits 8, and either points 28 with their positions and normals 24, or else a preview 12 and its sum 12, bytes of the picture
-/// 3 and the widest derived image 12.
-pub(crate) const PIXEL_BYTES: u64 = 60;
-
-/// A scattered ray keeps a direction and a pixel, and its place in their order.
-pub(crate) const SCATTERED_BYTES: u64 = 36;
 
 /// Stops when so many bytes, with the engine's own for the triangles, are more than there may be.
 pub(crate) fn limit_memory(bytes: u64, scene: &Scene, remedy: &str, common: &Common) -> Result<(), Error> {

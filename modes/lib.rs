@@ -70,7 +70,7 @@ pub use scene::{Material, NO_INDEX, Object, Scene};
 pub use camera::{CUBE_FACES, Camera, Lens, Shot};
 pub use info::{Info, info};
 pub use pattern::{Pattern, read_pattern};
-pub use point_cloud::{Point, write_ply};
+pub use point_cloud::{SeenPoint, write_ply};
 pub use primary::{Aov, AovData, VisibilityBuffer, preview, visibility};
 pub use verify::{Mark, Verification, verify, verify_buffer};
 pub use visible::{Visible, visible};

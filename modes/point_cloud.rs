@@ -15,7 +15,7 @@ use crate::{Error, Scene};
 
 /// A point that a ray sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
+pub struct SeenPoint {
     /// Where it is, in world space.
     pub position: [f32; 3],
     /// The unit normal (b − a)×(c − a) of its triangle, not flipped toward the eye.
@@ -24,7 +24,7 @@ pub struct Point {
     pub id: u32,
 }
 
-impl Point {
+impl SeenPoint {
     /// The point as a vertex of the file, and as it is hashed.
     #[must_use]
     pub fn to_le_bytes(self) -> [u8; 28] {
@@ -42,7 +42,7 @@ impl VisibilityBuffer {
     ///
     /// # Errors
     /// When the scene is refused.
-    pub fn points(&self, scene: &Scene) -> Result<Vec<Point>, Error> {
+    pub fn points(&self, scene: &Scene) -> Result<Vec<SeenPoint>, Error> {
         let (positions, normals) = (self.derive(Aov::Position, scene)?, self.derive(Aov::Normal, scene)?);
         let (AovData::F32(_, positions), AovData::F32(_, normals)) = (positions, normals) else {
             return Ok(Vec::new());
@@ -50,7 +50,7 @@ impl VisibilityBuffer {
         let places = positions.as_chunks().0.iter().zip(normals.as_chunks().0);
         let points = self.ids().into_iter().zip(places);
         let hits = points.filter(|(id, _)| *id != NO_TRIANGLE);
-        Ok(hits.map(|(id, (&position, &normal))| Point { position, normal, id }).collect())
+        Ok(hits.map(|(id, (&position, &normal))| SeenPoint { position, normal, id }).collect())
     }
 }
 
@@ -58,7 +58,7 @@ impl VisibilityBuffer {
 ///
 /// # Errors
 /// [`Error::Write`] if the file cannot be written.
-pub fn write_ply(path: &Path, points: &[Point]) -> Result<(), Error> {
+pub fn write_ply(path: &Path, points: &[SeenPoint]) -> Result<(), Error> {
     let fields = ["x", "y", "z", "nx", "ny", "nz"].map(|name| format!("property float {name}\n")).concat();
     let header = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\n{fields}property uint id\nend_header\n",

@@ -6,13 +6,16 @@
 //! ```
 //!
 //! What is left out has the value that it has on the command line, but an eye is needed, and a target unless the camera
-//! is a cube. Names that are not known are refused.
+//! is a cube. Names that are not known, and
+//! names given twice, are refused.
 
+use std::fmt;
 use std::path::Path;
 
 use glam::DVec3;
 use serde::Deserialize;
-use serde_json::Value;
+use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
+use serde_json::value::RawValue;
 use umbel::{Camera, Error, Scene};
 
 use crate::camera_args::{CameraArgs, LensArg, ViewArgs};
@@ -29,6 +32,42 @@ struct View {
     size: Option<[u32; 2]>,
     cube_size: Option<u32>,
     camera: Option<LensArg>,
+}
+
+/// The views of a file as text, and what a message calls each. Names that are given twice stay two.
+struct Entries(Vec<(String, Box<RawValue>)>);
+
+impl<'de> Deserialize<'de> for Entries {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(EntriesVisitor)
+    }
+}
+
+/// Takes a list or a table.
+struct EntriesVisitor;
+
+impl<'de> Visitor<'de> for EntriesVisitor {
+    type Value = Entries;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a list or a table of views")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Entries, A::Error> {
+        let mut entries = Vec::new();
+        while let Some(view) = list.next_element()? {
+            entries.push((format!("view {}, counted from 0", entries.len()), view));
+        }
+        Ok(Entries(entries))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<Entries, A::Error> {
+        let mut entries = Vec::new();
+        while let Some((name, view)) = table.next_entry::<String, _>()? {
+            entries.push((format!("view {name:?}"), view));
+        }
+        Ok(Entries(entries))
+    }
 }
 
 /// The views of a file.
@@ -49,25 +88,19 @@ impl<'a> Views<'a> {
             problem: error.to_string(),
             remedy: "check the name and the permissions".into(),
         })?;
-        let value: Value = serde_json::from_slice(&bytes).map_err(|error| {
+        let Entries(entries) = serde_json::from_slice(&bytes).map_err(|error| {
             let line = u64::try_from(error.line()).ok().filter(|&line| line > 0);
-            views.refused(line, format!("this is not JSON: {error}"))
+            views.refused(line, error.to_string())
         })?;
-        let named: Vec<(String, Value)> = match value {
-            Value::Array(list) => {
-                let name = |(number, view)| (format!("view {number}, counted from 0"), view);
-                list.into_iter().enumerate().map(name).collect()
-            }
-            Value::Object(table) => {
-                table.into_iter().map(|(name, view)| (format!("view {name:?}"), view)).collect()
-            }
-            _ => return Err(views.refused(None, "this is neither a list nor a table of views".into())),
-        };
-        if named.is_empty() {
+        if entries.is_empty() {
             return Err(views.refused(None, "there is no view in it".into()));
         }
-        for (name, value) in named {
-            let view = View::deserialize(&value).map_err(|error| format!("{error} in {value}"));
+        for (name, text) in entries {
+            if views.names.contains(&name) {
+                return Err(views.refused(None, format!("{name}: two views have this name")));
+            }
+            let view: Result<View, _> = serde_json::from_str(text.get());
+            let view = view.map_err(|error| format!("{error} of {}", text.get()));
             let camera = view.and_then(|view| view.camera(scene));
             let camera = camera.map_err(|problem| views.refused(None, format!("{name}: {problem}")))?;
             views.cameras.push(camera);

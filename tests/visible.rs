@@ -186,16 +186,22 @@ fn refuse(views: &str, code: i32, named: &[&str]) {
 #[test]
 fn files_that_hold_no_views() {
     for (text, named) in [
-        ("", "JSON"),
+        ("", "EOF"),
         ("[\n\n{\"eye\": [1,2,3],}]", "views.json:3"),
         ("eye: [1,2,3]", "views.json:1"),
         ("[{\"eye\": [1e999,0,0]}]", "out of range"),
-        ("[{\"eye\": [NaN,0,0]}]", "JSON"),
-        ("3", "neither a list nor a table"),
-        ("null", "neither a list nor a table"),
+        ("[{\"eye\": [NaN,0,0]}]", "views.json:1"),
+        ("3", "expected a list or a table of views"),
+        ("null", "expected a list or a table of views"),
         ("[]", "no view"),
         ("{}", "no view"),
         ("[3]", "view 0"),
+        ("[{\"eye\": [0,0,0], \"target\": [0,0,1], \"eye\": [1,0,0]}]", "duplicate field `eye`"),
+        ("[{\"eye\": [0,0,0], \"camera\": \"cube\"}] 3", "trailing"),
+        (
+            "{\"a\": {\"eye\": [0,0,0], \"camera\": \"cube\"}, \"a\": {\"eye\": [1,0,0], \"camera\": \"cube\"}}",
+            "view \"a\": two views have this name",
+        ),
         ("{\"eye\": [0,0,0], \"target\": [0,0,1]}", "view \"eye\""),
     ] {
         refuse(text, 3, &[named, "views are a list"]);

@@ -1,5 +1,7 @@
 //! Files of directions that are none, and options that cannot be meant: a message that says where and what to do.
 
+use umbel::glam::DVec3;
+
 use crate::support::Place;
 use crate::{BOX, directions, f8, npy, npy_with_header};
 
@@ -99,6 +101,28 @@ fn what_is_no_header() {
     let long = u32::try_from(deep.len()).expect("short").to_le_bytes();
     let deep = [b"\x93NUMPY\x02\x00".as_slice(), &long, deep.as_bytes()].concat();
     refuse_file(&deep, &["header"]);
+}
+
+/// Each byte of a header changed, each length of a file: the same rays, or an error about the file.
+#[test]
+fn changed_bytes() {
+    let place = place();
+    let (good, path) = (directions(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]), place.path("changed.npy"));
+    let try_bytes = |bytes: &[u8]| {
+        place.put("changed.npy", bytes);
+        match umbel::read_pattern(&path, DVec3::ZERO) {
+            Ok(pattern) => assert!(pattern.shot.pencil.len() <= 3, "{:?}", pattern.shape),
+            Err(error) => assert_eq!(error.exit_code(), 3, "{error}"),
+        }
+    };
+    for (at, &byte) in good[..128].iter().enumerate() {
+        for change in [0, b' ', b'\'', b'(', b')', b'[', b',', b'9', b':', byte ^ 1, byte ^ 4, 0x80, 255] {
+            let mut bytes = good.clone();
+            bytes[at] = change;
+            try_bytes(&bytes);
+        }
+    }
+    (0..good.len()).for_each(|length| try_bytes(&good[..length]));
 }
 
 /// What other writers do: Python 2 wrote long integers, some leave out the last comma or turn the fields round, some pad to
