@@ -299,7 +299,7 @@ fn check_elevations([lower, upper]: [f64; 2], rings: u32) -> Result<(), Error> {
 }
 
 /// v over its length; v must not be zero.
-fn unit(v: DVec3) -> DVec3 {
+pub(crate) fn unit(v: DVec3) -> DVec3 {
     let scaled = v / v.abs().max_element();
     scaled / (scaled.x * scaled.x + scaled.y * scaled.y + scaled.z * scaled.z).sqrt()
 }

@@ -29,6 +29,7 @@ pub use umbel_core::{
 mod builtin;
 mod camera;
 mod cornell;
+mod cube_lookup;
 #[cfg(feature = "obj")]
 mod ear_clip;
 mod error;
@@ -36,7 +37,10 @@ mod exr_file;
 mod flower;
 mod foliage;
 mod info;
+mod ktx2_file;
+mod light_map;
 mod load;
+mod map_compare;
 #[cfg(feature = "obj")]
 mod mtl;
 mod npy;
@@ -55,6 +59,7 @@ mod primary;
 mod raster;
 mod scene;
 mod shade;
+mod shadow;
 mod sweep;
 mod verify;
 mod visible;
@@ -72,10 +77,17 @@ pub use info::{Info, info};
 pub use pattern::{Pattern, read_pattern};
 pub use point_cloud::{SeenPoint, write_ply};
 pub use primary::{Aov, AovData, VisibilityBuffer, preview, visibility};
+
+pub use cube_lookup::CubeMap;
+pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil};
+pub use map_compare::{MapErrors, compare_maps};
+pub use shadow::{MaskCounts, SeenReceiver, lit, point_light, receivers, shadow_masks, sun_light, turns_to};
+
 pub use verify::{Mark, Verification, verify, verify_buffer};
 pub use visible::{Visible, visible};
 
 pub use exr_file::{Channel, Samples, read_exr, write_exr};
+pub use ktx2_file::write_ktx2_cube;
 pub use npy::{Array, write_npy};
 pub use npy_reader::read_npy;
 pub use output::{WriteSeek, write_atomically};
