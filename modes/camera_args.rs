@@ -65,13 +65,18 @@ pub(crate) struct ViewArgs {
 impl ViewArgs {
     /// Refuses options that a lens would ignore.
     pub(crate) fn refuse_useless(&self, lens: LensArg) -> Result<(), Error> {
+        refuse_first(&[(
+            self.cube_size.is_some() && lens != LensArg::Cube,
+            "--cube-size goes with --camera cube; the others take --size",
+        )])?;
+        self.refuse_useless_beside_cube(lens)
+    }
+
+    /// The same where `--cube-size` may be that of a light.
+    fn refuse_useless_beside_cube(&self, lens: LensArg) -> Result<(), Error> {
         let (angle, cube) = (matches!(lens, LensArg::Pinhole | LensArg::Fisheye), lens == LensArg::Cube);
         let useless = [
             (self.fov.is_some() && !angle, "--fov goes with --camera pinhole or fisheye"),
-            (
-                self.cube_size.is_some() && !cube,
-                "--cube-size goes with --camera cube; the others take --size",
-            ),
             (self.size.is_some() && cube, "--camera cube takes --cube-size, not --size"),
             (
                 self.target.is_some() && cube,
@@ -92,6 +97,18 @@ pub(crate) fn refuse_first(useless: &[(bool, &str)]) -> Result<(), Error> {
 impl CameraArgs {
     /// The camera for a scene.
     pub(crate) fn camera(&self, scene: &Scene) -> Result<Camera, Error> {
+        self.view.refuse_useless(self.lens)?;
+        self.framing(scene)
+    }
+
+    /// The camera for a scene, where `--cube-size` may be that of a light.
+    pub(crate) fn camera_beside_cube(&self, scene: &Scene) -> Result<Camera, Error> {
+        self.view.refuse_useless_beside_cube(self.lens)?;
+        self.framing(scene)
+    }
+
+    /// The camera with what was given, and what suits the scene for the rest.
+    fn framing(&self, scene: &Scene) -> Result<Camera, Error> {
         let (width, height) = match self.lens {
             LensArg::Cube => (self.view.cube_size.unwrap_or(1024), self.view.cube_size.unwrap_or(1024)),
             _ => self.view.size.unwrap_or((1280, 720)),
@@ -106,7 +123,6 @@ impl CameraArgs {
         if self.height.is_some() && self.lens != LensArg::Ortho {
             return Err(Error::Usage("--height goes with --camera ortho".into()));
         }
-        self.view.refuse_useless(self.lens)?;
         let mut camera = Camera::framing(&scene.bounds(), DVec3::new(1.0, 0.7, 1.0), lens, width, height);
         let view = scene.name.strip_prefix("builtin:").and_then(builtin_view);
         if let (Some(view), Lens::Pinhole { .. }, None, None) = (view, lens, self.eye, self.view.target) {
@@ -122,5 +138,18 @@ impl CameraArgs {
             camera.lens = Lens::Ortho { height };
         }
         Ok(camera)
+    }
+
+    /// Whether the camera itself is a cube.
+    pub(crate) fn is_cube(&self) -> bool {
+        self.lens == LensArg::Cube
+    }
+
+    /// Whether anything but `--cube-size` was given.
+    pub(crate) fn is_given(&self) -> bool {
+        let ViewArgs { target, up, fov, size, .. } = &self.view;
+        let vectors = [&self.eye, target, up].into_iter().any(Option::is_some);
+        let numbers = fov.is_some() || self.height.is_some() || size.is_some();
+        vectors || numbers || self.lens != LensArg::Pinhole
     }
 }

@@ -9,6 +9,7 @@ use crate::camera_args::CameraArgs;
 use crate::parse::parse_bytes;
 use crate::picture_args::PictureArgs;
 use crate::probe_args::ProbeArgs;
+use crate::shadow_args::ShadowArgs;
 
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 runtime failure, 2 usage, 3 bad input, 4 limit hit, \
 5 a comparison found a difference, 130 interrupted.";
@@ -131,6 +132,8 @@ pub(crate) enum Command {
     Probe(ProbeArgs),
     /// List the triangles that any of some views sees
     Visible(VisibleArgs),
+    /// Exact shadows per pixel, and maps of the distances that lights see
+    Shadow(ShadowArgs),
     /// Check pencils against the general path and against tiny-skia, on your own scene
     Verify(VerifyArgs),
     /// Print counts, bounds, and degenerate and non-finite elements

@@ -9,6 +9,9 @@ mod picture_args;
 mod probe_args;
 mod probe_command;
 mod report;
+mod shadow_args;
+mod shadow_command;
+mod shadow_files;
 mod views;
 mod visible_command;
 
@@ -39,6 +42,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Render(args) => commands::render(args, &cli.common),
         Command::Probe(args) => probe_command::probe(args, &cli.common),
         Command::Visible(args) => visible_command::visible_triangles(args, &cli.common),
+        Command::Shadow(args) => shadow_command::shadow(args, &cli.common),
         Command::Verify(args) => commands::verify_scene(args, &cli.common),
         Command::Info(args) => commands::info_scene(args, &cli.common),
     })
