@@ -9,7 +9,7 @@ use crate::camera_args::CameraArgs;
 use crate::parse::parse_bytes;
 use crate::picture_args::PictureArgs;
 use crate::probe_args::ProbeArgs;
-use crate::shadow_args::ShadowArgs;
+use crate::shadow_args::{LightArgs, ShadowArgs};
 
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 runtime failure, 2 usage, 3 bad input, 4 limit hit, \
 5 a comparison found a difference, 130 interrupted.";
@@ -148,6 +148,10 @@ pub(crate) struct RenderArgs {
 
     #[command(flatten)]
     pub(crate) picture: PictureArgs,
+
+    /// Lights of the preview, with exact shadows
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
 
     #[command(flatten)]
     pub(crate) camera: CameraArgs,

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use umbel::{
-    Camera, Error, Frame, Lens, LoadOptions, Scene, Stats, VisibilityBuffer, info, load, preview, verify,
+    Camera, Error, Frame, Lens, LoadOptions, Scene, Stats, VisibilityBuffer, info, load, preview_lit, verify,
     write_png_rgb8,
 };
 
@@ -19,6 +19,9 @@ pub(crate) const PIXEL_BYTES: u64 = 60;
 
 /// More bytes of a scattered ray: its direction and its pixel, and its place in their order.
 pub(crate) const SCATTERED_BYTES: u64 = 36;
+
+/// More bytes of a pixel that asks for light: the receiver 24, its point 12, the segment 72, hits and answers 14.
+pub(crate) const SHADOW_BYTES: u64 = 122;
 
 /// Reads a scene and says what was noticed.
 pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
@@ -35,12 +38,18 @@ pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Resu
 /// `umbel render`.
 pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
     let output = args.picture.checked_output()?;
+    let lights = args.lights.lights()?;
+    if !lights.is_empty() && (output.is_none() || args.picture.is_point_cloud()) {
+        let what = "--light and --sun go with the preview: add -o FILE.png, or leave them out";
+        return Err(Error::Usage(what.into()));
+    }
     let mut times = Times::default();
     let scene = load_scene(&args.scene, common, &mut times)?;
     let camera = args.camera.camera(&scene)?;
-    check_memory(&scene, &camera, common)?;
+    let shadows = if lights.is_empty() { 0 } else { SHADOW_BYTES + lights.len() as u64 };
+    check_memory_with(&scene, &camera, shadows, common)?;
     let sight = Sight::of_camera(&camera)?;
-    see("render", &scene, sight, &Files { args: &args.picture, output }, common, times)
+    see("render", &scene, sight, &Files { args: &args.picture, output, lights }, common, times)
 }
 
 /// Finds what the rays of a sight hit, and writes the files that were asked for and nothing else.
@@ -71,7 +80,9 @@ pub(crate) fn see(
     let progress = progress(samples, "samples", common);
     let linear = match (&files.output, &camera) {
         (Some(_), Some(camera)) if !files.args.is_point_cloud() => Some(timed(&mut times.shade, || {
-            preview(scene, camera, &buffer, samples, &options, |pass| progress.set_position(u64::from(pass)))
+            preview_lit(scene, camera, &buffer, samples, &files.lights, &options, |pass| {
+                progress.set_position(u64::from(pass))
+            })
         })?),
         _ => None,
     };
@@ -89,6 +100,11 @@ pub(crate) fn see(
 
 /// Stops before the start when a picture needs more than `--max-memory`, or else what the machine has left.
 pub(crate) fn check_memory(scene: &Scene, camera: &Camera, common: &Common) -> Result<(), Error> {
+    check_memory_with(scene, camera, 0, common)
+}
+
+/// The same, with so many more bytes per pixel.
+fn check_memory_with(scene: &Scene, camera: &Camera, more: u64, common: &Common) -> Result<(), Error> {
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
     let scattered = if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
     let remedy = match camera.lens {
@@ -96,7 +112,7 @@ pub(crate) fn check_memory(scene: &Scene, camera: &Camera, common: &Common) -> R
         Lens::Spinning { .. } => "--pattern",
         _ => "--size",
     };
-    limit_memory(pixels * (PIXEL_BYTES + scattered), scene, remedy, common)
+    limit_memory(pixels * (PIXEL_BYTES + scattered + more), scene, remedy, common)
 }
 
 /// Stops when so many bytes, with the engine's own for the triangles, are more than there may be.

@@ -38,6 +38,7 @@ mod flower;
 mod foliage;
 mod info;
 mod ktx2_file;
+mod lamps;
 mod light_map;
 mod load;
 mod map_compare;
@@ -76,7 +77,7 @@ pub use camera::{CUBE_FACES, Camera, Lens, Shot};
 pub use info::{Info, info};
 pub use pattern::{Pattern, read_pattern};
 pub use point_cloud::{SeenPoint, write_ply};
-pub use primary::{Aov, AovData, VisibilityBuffer, preview, visibility};
+pub use primary::{Aov, AovData, VisibilityBuffer, preview, preview_lit, visibility};
 
 pub use cube_lookup::CubeMap;
 pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil};

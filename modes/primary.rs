@@ -8,9 +8,12 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use umbel_core::{Frame, Hit, Hits, NO_TRIANGLE, Options, Ray, Stats, TileStats, Triangles, closest_hit};
+use umbel_core::{
+    Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Ray, Stats, TileStats, Triangles, closest_hit,
+};
 
 use crate::camera::{Camera, Lens, Shot};
+use crate::lamps::Lamps;
 use crate::shade::{Shader, background};
 use crate::{Error, Scene};
 
@@ -86,19 +89,41 @@ pub fn preview(
     buffer: &VisibilityBuffer,
     samples: u32,
     options: &Options,
+    progress: impl FnMut(u32),
+) -> Result<Vec<f32>, Error> {
+    preview_lit(scene, camera, buffer, samples, &[], options, progress)
+}
+
+/// The preview with lights and their shadows, which are exact at every sample. See [`crate::lit`].
+///
+/// # Errors
+/// When the camera, the scene or a light is refused.
+pub fn preview_lit(
+    scene: &Scene,
+    camera: &Camera,
+    buffer: &VisibilityBuffer,
+    samples: u32,
+    lights: &[Origin],
+    options: &Options,
     mut progress: impl FnMut(u32),
 ) -> Result<Vec<f32>, Error> {
     let triangles = scene.geometry()?;
     let shader = Shader::new(scene, &triangles);
+    let mut frame = Frame::keeping_order();
+    let mut shade = |seen: &VisibilityBuffer| {
+        let answer = (&seen.shot.pencil, &seen.hits);
+        let lamps = Lamps::new(lights, &triangles, answer, &mut frame, options)?;
+        Ok::<_, Error>(seen.shade(&shader, &lamps, camera))
+    };
     if samples <= 1 {
-        return Ok(buffer.shade(&shader, camera));
+        return shade(buffer);
     }
     let mut sum = vec![0.0; buffer.pixels * 3];
     for pass in 0..samples {
         let shot = camera.subpixel_shot(pass, samples)?;
         let (hits, _) = closest_hit(&triangles, &shot.pencil, options)?;
         let seen = VisibilityBuffer { shot, hits, tiles: Vec::new(), pixels: buffer.pixels };
-        let pixels = seen.shade(&shader, camera);
+        let pixels = shade(&seen)?;
         sum.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
         progress(pass + 1);
     }
@@ -190,13 +215,13 @@ impl VisibilityBuffer {
     }
 
     /// The linear preview of one pass.
-    fn shade(&self, shader: &Shader<'_>, camera: &Camera) -> Vec<f32> {
+    fn shade(&self, shader: &Shader<'_>, lamps: &Lamps<'_>, camera: &Camera) -> Vec<f32> {
         let width = camera.width as usize;
         let (rows, up) = (camera.rows() as usize, camera.up.normalize_or_zero());
         let of_ray = |k: usize| {
             let ray = self.shot.pencil.ray(k);
             match self.hits.get(k) {
-                Some(hit) => shader.shade(&ray, &hit, camera.up),
+                Some(hit) => shader.shade((k, &ray), &hit, camera.up, lamps),
                 None if matches!(camera.lens, Lens::Pinhole { .. } | Lens::Ortho { .. }) => {
                     background((k / width) as f32 / rows as f32)
                 }

@@ -22,7 +22,8 @@ pub(crate) fn probe(args: &ProbeArgs, common: &Common) -> Result<(), Error> {
     let mut times = Times::default();
     let scene = load_scene(&args.scene, common, &mut times)?;
     let sight = sight(args, &scene, common)?;
-    see("probe", &scene, sight, &Files { args: &args.picture, output }, common, times)
+    let files = Files { args: &args.picture, output, lights: Vec::new() };
+    see("probe", &scene, sight, &files, common, times)
 }
 
 /// The rays: those of a file, or of a lens.

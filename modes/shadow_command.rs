@@ -8,15 +8,15 @@ use umbel::{
 };
 
 use crate::cli::Common;
-use crate::commands::{SCATTERED_BYTES, limit_memory, load_scene, print, print_run, progress};
+use crate::commands::{SCATTERED_BYTES, SHADOW_BYTES, limit_memory, load_scene, print, print_run, progress};
 use crate::report::{Report, Times, timed};
 use crate::shadow_args::ShadowArgs;
 use crate::shadow_files::{Content, Names, Writer, refuse_collisions};
 
 /// Bytes per texel of a map: the hit 8, the distance 4, bytes of the file 8.
 const TEXEL_BYTES: u64 = 20;
-/// Bytes per pixel of a mask: the hit 8, the receiver 24, its point 12, the segment 72 and its answer, counts, mask.
-const PIXEL_BYTES: u64 = 140;
+/// Bytes per pixel of a mask beside those of the query: the hit 8, the mask 4, bytes of the file 4.
+const PIXEL_BYTES: u64 = 16;
 
 /// The names of the faces.
 const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
@@ -298,7 +298,8 @@ fn check_memory(
     let maps =
         args.output.as_ref().map_or(0, |_| square(args.map_size()) * faces * (TEXEL_BYTES + 4 * count));
     let picture = args.mask.is_some() || args.compare.is_some();
-    let pixel = PIXEL_BYTES + 7 * count + if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
+    let pixel =
+        SHADOW_BYTES + PIXEL_BYTES + 7 * count + if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
     let masks = if picture { pixels * pixel } else { 0 };
     let compared = args.compare.iter().flat_map(|sizes| &sizes.0).map(|&size| square(size) * 6 * TEXEL_BYTES);
