@@ -15,7 +15,8 @@
 //! lit iff the stored distance is at least r_min(1 − 2⁻²²): t and t·|c| are rounded to f32, 2⁻²⁴ each, the rest is f64.
 //! The bias is r(w) − r_min. So a plane never shadows itself, whatever the resolution (no acne); what is nearer to a surface
 //! than the bias casts no shadow on it (a leak), and toward grazing light the bias grows up to the whole distance. A curved
-//! or folded surface can still shadow itself, where a texel's middle sees another triangle than the point is on. What a map of a given size
+//! or folded surface can still shadow itself, such as the inner corner of a room: there a texel's middle sees another
+//! triangle than the point is on. What a map of a given size
 //! gets wrong on a scene, [`compare_maps`](crate::compare_maps) counts.
 //!
 //! Based on: Lance Williams, "Casting Curved Shadows on Curved Surfaces", 1978; Hang Dou et al., "Adaptive Depth Bias for
