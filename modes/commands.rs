@@ -20,7 +20,7 @@ pub(crate) const PIXEL_BYTES: u64 = 60;
 /// More bytes of a scattered ray: its direction and its pixel, and its place in their order.
 pub(crate) const SCATTERED_BYTES: u64 = 36;
 
-/// More bytes of a pixel that asks for light: the receiver 24, its point 12, the segment 72, hits and answers 14.
+/// More bytes of a pixel that asks for light: the receiver 24, its point 12, the segment 56, its answers 14, the order 16.
 pub(crate) const SHADOW_BYTES: u64 = 122;
 
 /// Reads a scene and says what was noticed.

@@ -16,8 +16,11 @@
 //! The bias is r(w) − r_min. So a plane never shadows itself, whatever the resolution (no acne); what is nearer to a surface
 //! than the bias casts no shadow on it (a leak), and toward grazing light the bias grows up to the whole distance. A curved
 //! or folded surface can still shadow itself, such as the inner corner of a room: there a texel's middle sees another
-//! triangle than the point is on. What a map of a given size
-//! gets wrong on a scene, [`compare_maps`](crate::compare_maps) counts.
+//! triangle than the point is on. What a map gets wrong on a scene, [`compare_maps`](crate::compare_maps) counts.
+//!
+//! Tried: the plane's distance along the texel's middle itself, r(c), instead of its least over the texel. On sponza at
+//! N = 256 it leaks 0.51 % instead of 0.96 % of the pixels, but has 1.75 % of acne instead of 0.19 %, because the plane of a
+//! small triangle says nothing about its neighbours; on the built-in flower 5.6 and 12.1 % instead of 9.2 and 4.0 %.
 //!
 //! Based on: Lance Williams, "Casting Curved Shadows on Curved Surfaces", 1978; Hang Dou et al., "Adaptive Depth Bias for
 //! Shadow Maps", 2014 (the depth of the receiver's plane along the texel's middle; here its least over the texel).
@@ -25,8 +28,7 @@
 use glam::DVec3;
 
 use crate::Error;
-use crate::camera::CUBE_FACES;
-use crate::light_map::on_grid;
+use crate::camera::{CUBE_FACES, on_origin_grid};
 
 /// Two roundings to f32 of 2⁻²⁴ each, and less than that much again for all of f64.
 const ROUNDING: f64 = 1.0 / (1 << 22) as f64;
@@ -60,7 +62,7 @@ impl CubeMap {
                 "{count} distances are not a cube map of 6 faces of {size}x{size} texels"
             )));
         }
-        Ok(Self { light: on_grid(light), size, distances })
+        Ok(Self { light: on_origin_grid(light), size, distances })
     }
 
     /// The light.

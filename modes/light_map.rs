@@ -15,7 +15,6 @@ use rayon::prelude::*;
 use umbel_core::{Aabb, Film, Frame, GridFilm, Hits, Options, Origin, Pencil, Stats, Triangles};
 
 use crate::camera::{CUBE_FACES, Camera, Lens, unit};
-use crate::shadow::point_light;
 use crate::{CubeMap, Error};
 
 /// How much larger than the scene a sun's film is, so that rounding leaves no vertex outside.
@@ -96,11 +95,4 @@ pub fn sun_pencil(bounds: &Aabb, toward: DVec3, size: u32) -> Result<Pencil, Err
     let start = centre - forward * (depth + STAND_OFF * (side + depth));
     let film = GridFilm::new(size, size, start, right * scale, up * scale)?;
     Ok(Pencil::new(Origin::Infinity(forward), vec![Film::Grid(film)])?)
-}
-
-/// The position of a light as rays have it.
-pub(crate) fn on_grid(light: DVec3) -> DVec3 {
-    match point_light(light) {
-        Origin::Point(point) | Origin::Infinity(point) => point,
-    }
 }

@@ -156,7 +156,10 @@ impl MaskCounts {
     /// The mask of a light: 1 = lit, 0 = shadowed, between them where samples differ, NaN = no surface.
     #[must_use]
     pub fn mask(&self, light: usize) -> Vec<f32> {
-        let part = |(&lit, &seen): (&u16, &u16)| f32::from(lit) / f32::from(seen);
+        // The bits of 0/0 differ from machine to machine.
+        let part = |(&lit, &seen): (&u16, &u16)| {
+            if seen == 0 { f32::NAN } else { f32::from(lit) / f32::from(seen) }
+        };
         self.lit[light].iter().zip(&self.seen).map(part).collect()
     }
 }
@@ -168,7 +171,25 @@ fn pixel(shot: &Shot, receiver: &SeenReceiver) -> usize {
 }
 
 /// The mask of a picture for each light, pixel by pixel: 1 = lit, 0 = shadowed, NaN = no surface; with more than one sample
-/// the mean over those sub-pixel positions (at most 65,535) that see a surface.
+/// the mean over those sub-pixel positions that see a surface.
+///
+/// ```
+/// use umbel::{Camera, Lens, Options, builtin, glam::DVec3, point_light, shadow_masks};
+///
+/// let scene = builtin("cornell")?;
+/// let camera = Camera {
+///     eye: DVec3::new(278.0, 273.0, -800.0),
+///     target: DVec3::new(278.0, 273.0, 0.0),
+///     up: DVec3::Y,
+///     lens: Lens::Pinhole { fov: 39.3 },
+///     width: 64,
+///     height: 64,
+/// };
+/// let lamp = point_light(DVec3::new(278.0, 548.0, 279.5));
+/// let masks = shadow_masks(&scene, &camera, &[lamp], 1, &Options::default())?;
+/// assert!(masks[0].contains(&1.0) && masks[0].contains(&0.0));
+/// # Ok::<(), umbel::Error>(())
+/// ```
 ///
 /// # Errors
 /// When the camera, the scene or a light is refused.

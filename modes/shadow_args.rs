@@ -71,7 +71,7 @@ pub(crate) struct ShadowArgs {
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) samples: u32,
 
-    /// Count where cube maps of these sizes differ from the exact mask [default: 256,512,1024,2048]
+    /// Count where cube maps of these sizes differ from the exact mask; without sizes 256,512,1024,2048
     #[arg(long, value_name = "N,N,...", num_args = 0..=1, require_equals = true, default_missing_value = "",
         value_parser = parse_sizes)]
     pub(crate) compare: Option<Sizes>,

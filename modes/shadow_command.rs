@@ -13,8 +13,8 @@ use crate::report::{Report, Times, timed};
 use crate::shadow_args::ShadowArgs;
 use crate::shadow_files::{Content, Names, Writer, refuse_collisions};
 
-/// Bytes per texel of a map: the hit 8, the distance 4, bytes of the file 8.
-const TEXEL_BYTES: u64 = 20;
+/// Bytes per texel of a map: the hit 8, the distance 4, a picture 12.
+const TEXEL_BYTES: u64 = 24;
 /// Bytes per pixel of a mask beside those of the query: the hit 8, the mask 4, bytes of the file 4.
 const PIXEL_BYTES: u64 = 16;
 

@@ -1,6 +1,7 @@
 //! Masks through the command: polygons of shadows by formula, samples, misses, what turns away, pictures with lights.
 
-use umbel::read_png_rgb8;
+use umbel::glam::DVec3;
+use umbel::{Camera, Lens, LoadOptions, Options, load, point_light, read_png_rgb8, shadow_masks, sun_light};
 
 use crate::support::Place;
 use crate::{BOX, FLOOR};
@@ -153,6 +154,30 @@ fn samples_are_averaged_where_there_is_a_surface() {
     }
     let sums = [&one, &many].map(|mask| mask.iter().filter(|value| !value.is_nan()).sum::<f32>());
     assert!((sums[0] - sums[1]).abs() < 8.0, "{sums:?}");
+}
+
+/// The library's masks are the command's, to the last bit: NaN too is the same on every machine.
+#[test]
+fn the_library_makes_the_same_masks() {
+    let place = place();
+    let scene = load(place.path("floor.obj").to_str().expect("UTF-8"), LoadOptions::default()).expect("it");
+    let camera = Camera {
+        eye: DVec3::Y * 9.0,
+        target: DVec3::ZERO,
+        up: DVec3::NEG_Z,
+        lens: Lens::Ortho { height: 16.0 },
+        width: 128,
+        height: 64,
+    };
+    let (one, other) = (DVec3::new(0.5, 4.0, 0.25), DVec3::new(1.0, 1.0, 0.5));
+    let lights = [point_light(one), sun_light(other)];
+    let masks = shadow_masks(&scene, &camera, &lights, 4, &Options::default()).expect("masks");
+    for (mask, light) in masks.iter().zip(["--light 0.5,4,0.25", "--sun 1,1,0.5"]) {
+        place.quiet_run(&format!("shadow floor.obj {light} {ABOVE} --samples 4 --mask a.npy"));
+        let bytes: Vec<u8> = mask.iter().flat_map(|value| value.to_le_bytes()).collect();
+        assert_eq!(bytes, place.npy("a.npy").data, "{light}");
+        assert!(mask.iter().filter(|value| value.is_nan()).all(|value| value.to_bits() == 0x7FC0_0000));
+    }
 }
 
 #[test]
