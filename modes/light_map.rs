@@ -52,11 +52,13 @@ pub fn cube_map(
     Ok((CubeMap::new(light, size, distances(&pencil, frame.hits()))?, stats))
 }
 
-/// The Euclidean distances of a pencil's hits: t·|d| in f64, rounded once more to f32. A miss is +∞.
+/// The Euclidean distances of a pencil's hits: t·|d| in f64, rounded once more to f32. A miss is +∞, and nothing else is.
 #[must_use]
 pub fn distances(pencil: &Pencil, hits: &Hits) -> Vec<f32> {
     let distance = |k: usize| {
-        hits.get(k).map_or(f32::INFINITY, |hit| (f64::from(hit.t) * pencil.ray(k).direction.length()) as f32)
+        let Some(hit) = hits.get(k) else { return f32::INFINITY };
+        let distance = f64::from(hit.t) * pencil.ray(k).direction.length();
+        distance.min(f64::from(f32::MAX)) as f32
     };
     (0..hits.len()).into_par_iter().map(distance).collect()
 }

@@ -169,3 +169,16 @@ fn lights_in_awkward_places() {
         cube_map(&empty.geometry(), DVec3::ONE, 3, &mut Frame::new(), &Options::default()).expect("a cube");
     assert!(map.distances().iter().all(|&t| t == f32::INFINITY));
 }
+
+/// A distance that no f32 holds is the largest one: +∞ is a miss and nothing else.
+#[test]
+fn the_end_of_the_range_is_no_miss() {
+    let far = 3e38;
+    let corners = [[far, -far, -far], [far, far, -far], [far, far, far]].map(DVec3::from_array);
+    let mesh = Mesh::of([corners]);
+    let answer = cube_map(&mesh.geometry(), DVec3::ZERO, 64, &mut Frame::new(), &Options::default());
+    let distances = answer.expect("a cube").0.distances().to_vec();
+    assert!(distances.contains(&f32::MAX) && distances.iter().any(|t| (3e38..3.1e38).contains(t)));
+    let hits = distances.iter().filter(|t| t.is_finite()).count();
+    assert!((2016..=2080).contains(&hits), "half of the first face, not {hits}");
+}
