@@ -1,8 +1,8 @@
 //! The lights of a preview: which of them each ray's hit sees, and how much of their light it gets.
 //!
-//! E = Σ c·max(0, n·l)·V / count, with l the direction toward the light and V exact visibility, 1 or 0 ([`crate::lit`]). Light does not
-//! fall off with distance, and all lights together are as bright as one: a preview shows where shadows are, and is well
-//! exposed whatever the units of the scene.
+//! E = Σ c·max(0, n·l)·V / count, with l the direction toward the light and V exact visibility, 1 or 0 ([`crate::lit`]).
+//! Light does not fall off with distance, and all lights together are as bright as one: a preview shows where shadows are,
+//! and is well exposed whatever the units of the scene.
 //!
 //! Based on: Johann Heinrich Lambert, "Photometria", 1760 (the cosine law).
 

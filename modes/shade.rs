@@ -1,8 +1,8 @@
 //! The look of the preview: a headlight, a sky and the lights asked for, in linear light.
 //!
-//! L = albedo·(h·|n·v| + s·(1 + n·up)/2 + E), h warm and s cool, with n the normal on the viewer's side, interpolated where the file has normals,
-//! v the direction toward the viewer, and E what arrives from the lights (`lamps.rs`). Where there are any, the headlight is dimmed so that their
-//! shadows are dark. It is meant to show shape, not to be physically right.
+//! L = albedo·(h·|n·v| + s·(1 + n·up)/2 + E), h warm and s cool, with n the normal on the viewer's side, interpolated where
+//! the file has normals, v the direction toward the viewer, and E what arrives from the lights (`lamps.rs`). Where there are
+//! any, the headlight is dimmed so that their shadows are dark. It is meant to show shape, not to be physically right.
 //!
 //! Based on: James Blinn, "Models of Light Reflection for Computer Synthesized Pictures", 1977 (hemisphere and headlight).
 

@@ -43,6 +43,8 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
     let scene = load_scene(&args.scene, common, &mut times)?;
     let lights = args.lights.shadow_lights(&scene)?;
     let camera = args.camera.camera_beside_cube(&scene)?;
+    // A view that sees nothing is refused before anything is written.
+    Camera { width: 1, height: 1, ..camera }.shot()?;
     let maps = args.output.as_ref().map(|path| {
         let formats: &[&str] =
             if is_sun(lights[0]) { &["npy", "exr", "png"] } else { &["npy", "exr", "ktx2", "png"] };

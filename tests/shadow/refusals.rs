@@ -60,6 +60,9 @@ fn outputs_that_cannot_be_meant() {
     ] {
         refuse(&format!("shadow floor.obj {line}"), 2, named);
     }
+    // Nothing is written before all that can be refused has been looked at.
+    refuse("shadow floor.obj --light 1,2,3 -o a.npy --mask b.npy --fov 0", 2, "--fov");
+    refuse("shadow floor.obj --light 1,2,3 -o a.npy --mask b.npy --eye 1,1,1 --target 1,1,1", 2, "--eye");
     refuse("shadow floor.obj --light 1,2,3 -o nowhere/a.npy", 1, "nowhere");
 }
 
