@@ -9,14 +9,16 @@ use std::path::Path;
 
 use umbel::glam::DVec3;
 use umbel::{
-    Camera, Error, Frame, Lens, LoadOptions, Options, compare_maps, cube_map, lit, load, point_light,
-    receivers, turns_to, visibility, write_png_rgb8,
+    Camera, Error, Frame, Lens, LoadOptions, NO_TRIANGLE, Options, Receivers, compare_maps, cube_map, load,
+    point_light, receivers, visibility, write_png_rgb8,
 };
 
 /// Pixels of the picture.
 const SIZE: (u32, u32) = (960, 540);
 /// Texels along one side of a face.
 const TEXELS: u32 = 256;
+/// The colour of what is in shadow.
+const SHADOW: [u8; 3] = [110, 112, 120];
 
 fn main() -> Result<(), Error> {
     let mut words = std::env::args().skip(1);
@@ -35,25 +37,27 @@ fn main() -> Result<(), Error> {
     // What the camera sees, and which of that the light sees: exactly, and as the map has it.
     let options = Options::default();
     let (buffer, _) = visibility(&scene, &camera, &options)?;
-    let seen = receivers(&triangles, &buffer.shot.pencil, &buffer.hits);
+    let lights = [point_light(light)];
+    let of_lights = receivers(&triangles, &buffer.shot.pencil, &buffer.hits, &lights)?;
+    let Receivers { points, rays } = &of_lights[0];
     let mut frame = Frame::keeping_order();
-    let (exact, _) = lit(&triangles, point_light(light), &seen, &mut frame, &options)?;
+    let (shadowed, _) = frame.shadowed(&triangles, lights[0], points, &options)?;
     let (map, _) = cube_map(&triangles, light, TEXELS, &mut frame, &options)?;
 
-    let mut pixels = vec![255; 3 * buffer.pixels];
-    for (receiver, &exact) in seen.iter().zip(&exact) {
+    // What turns away from the light is in shadow whatever the map says.
+    let surface = |id: &u32| if *id == NO_TRIANGLE { [255; 3] } else { SHADOW };
+    let mut pixels: Vec<u8> = buffer.ids().iter().flat_map(surface).collect();
+    for ((receiver, &ray), &shadowed) in points.iter().zip(rays).zip(&shadowed) {
         let point = DVec3::from_array(receiver.point.map(f64::from));
-        let toward = turns_to(&triangles, point_light(light), receiver);
-        let in_map = toward && map.is_lit(point, triangles.normal(receiver.id));
-        let colour = match (exact, in_map) {
-            (true, true) => [235, 235, 230],
-            (false, false) => [110, 112, 120],
-            (true, false) => [220, 30, 30],
-            (false, true) => [40, 80, 230],
+        let colour = match (shadowed, map.is_lit(point, triangles.normal(receiver.triangle))) {
+            (false, true) => [235, 235, 230],
+            (true, false) => SHADOW,
+            (false, false) => [220, 30, 30],
+            (true, true) => [40, 80, 230],
         };
-        pixels[3 * receiver.ray as usize..][..3].copy_from_slice(&colour);
+        pixels[3 * ray as usize..][..3].copy_from_slice(&colour);
     }
-    let found = compare_maps(&triangles, &map, &seen, &exact);
-    println!("{} receivers, {} acne, {} leaks", found.receivers, found.acne, found.leaks);
+    let found = compare_maps(&triangles, &map, points, &shadowed);
+    println!("{} receivers turn to the light: {} acne, {} leaks", found.receivers, found.acne, found.leaks);
     write_png_rgb8(Path::new("shadow_map_errors.png"), SIZE.0, SIZE.1, &pixels)
 }

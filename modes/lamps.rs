@@ -1,6 +1,6 @@
 //! The lights of a preview: which of them each ray's hit sees, and how much of their light it gets.
 //!
-//! E = Σ c·max(0, n·l)·V / count, with l the direction toward the light and V exact visibility, 1 or 0 ([`crate::lit`]).
+//! E = Σ c·max(0, n·l)·V / count, with l the direction toward the light and V exact visibility, 1 or 0 ([`crate::receivers`]).
 //! Light does not fall off with distance, and all lights together are as bright as one: a preview shows where shadows are,
 //! and is well exposed whatever the units of the scene.
 //!
@@ -10,7 +10,7 @@ use glam::DVec3;
 use umbel_core::{Frame, Hits, Options, Origin, Pencil, Triangles};
 
 use crate::Error;
-use crate::shadow::{lit, receivers};
+use crate::shadow::receivers;
 
 /// The light of all lamps together: warm.
 const LAMP: [f64; 3] = [0.80, 0.75, 0.68];
@@ -35,13 +35,13 @@ impl<'a> Lamps<'a> {
         if lights.is_empty() {
             return Ok(Self { lights, seen: Vec::new() });
         }
-        let receivers = receivers(triangles, pencil, hits);
+        let receivers = receivers(triangles, pencil, hits, lights)?;
         let mut seen = Vec::new();
-        for &light in lights {
-            let (lit, _) = lit(triangles, light, &receivers, frame, options)?;
+        for (&light, receivers) in lights.iter().zip(receivers) {
+            let (shadowed, _) = frame.shadowed(triangles, light, &receivers.points, options)?;
             let mut of_rays = vec![false; hits.len()];
-            for (receiver, lit) in receivers.iter().zip(lit) {
-                of_rays[receiver.ray as usize] = lit;
+            for (ray, shadowed) in receivers.rays.into_iter().zip(shadowed) {
+                of_rays[ray as usize] = !shadowed;
             }
             seen.push(of_rays);
         }

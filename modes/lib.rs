@@ -62,6 +62,7 @@ mod scene;
 mod shade;
 mod shadow;
 mod sweep;
+mod tiles;
 mod verify;
 mod visible;
 
@@ -82,7 +83,7 @@ pub use primary::{Aov, AovData, VisibilityBuffer, preview, preview_lit, visibili
 pub use cube_lookup::CubeMap;
 pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil};
 pub use map_compare::{MapErrors, compare_maps};
-pub use shadow::{MaskCounts, SeenReceiver, lit, point_light, receivers, shadow_masks, sun_light, turns_to};
+pub use shadow::{MaskCounts, Receivers, point_light, receivers, shadow_masks, sun_light};
 
 pub use verify::{Mark, Verification, verify, verify_buffer};
 pub use visible::{Visible, visible};

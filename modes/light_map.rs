@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use umbel_core::{Aabb, Film, Frame, GridFilm, Hits, Options, Origin, Pencil, Stats, Triangles};
 
 use crate::camera::{CUBE_FACES, Camera, Lens, unit};
+use crate::primary::distance;
 use crate::{CubeMap, Error};
 
 /// How much larger than the scene a sun's film is, so that rounding leaves no vertex outside.
@@ -49,18 +50,15 @@ pub fn cube_map(
 ) -> Result<(CubeMap, Stats), Error> {
     let pencil = cube_pencil(light, size)?;
     let stats = frame.closest_hit(triangles, &pencil, options)?;
-    Ok((CubeMap::new(light, size, distances(&pencil, frame.hits()))?, stats))
+    Ok((CubeMap::new(light, size, distances(triangles, &pencil, frame.hits()))?, stats))
 }
 
-/// The Euclidean distances of a pencil's hits: t·|d| in f64, rounded once more to f32. A miss is +∞, and nothing else is.
+/// The Euclidean distances of a pencil's hits, t·|d|. A miss is +∞, and nothing else is.
 #[must_use]
-pub fn distances(pencil: &Pencil, hits: &Hits) -> Vec<f32> {
-    let distance = |k: usize| {
-        let Some(hit) = hits.get(k) else { return f32::INFINITY };
-        let distance = f64::from(hit.t) * pencil.ray(k).direction.length();
-        distance.min(f64::from(f32::MAX)) as f32
-    };
-    (0..hits.len()).into_par_iter().map(distance).collect()
+pub fn distances(triangles: &Triangles<'_>, pencil: &Pencil, hits: &Hits) -> Vec<f32> {
+    let of_ray =
+        |k: usize| hits.get(k).map_or(f32::INFINITY, |hit| distance(triangles, &pencil.ray(k), &hit));
+    (0..hits.len()).into_par_iter().map(of_ray).collect()
 }
 
 /// The matrix of each face, row by row, in the order +X −X +Y −Y +Z −Z: it takes (x, y, 1) to a direction in the world.

@@ -94,7 +94,7 @@ pub fn preview(
     preview_lit(scene, camera, buffer, samples, &[], options, progress)
 }
 
-/// The preview with lights and their shadows, which are exact at every sample. See [`crate::lit`].
+/// The preview with lights and their shadows, which are exact at every sample. See [`crate::receivers`].
 ///
 /// # Errors
 /// When the camera, the scene or a light is refused.
@@ -248,7 +248,7 @@ impl VisibilityBuffer {
 }
 
 /// The Euclidean distance from the start of a ray to what it sees, at most [`f32::MAX`]: +∞ is a miss.
-fn distance(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> f32 {
+pub(crate) fn distance(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> f32 {
     // At the ends of its range t is no longer a rounded distance.
     let length = if hit.t.is_normal() && hit.t < f32::MAX {
         f64::from(hit.t) * ray.direction.length()

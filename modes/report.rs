@@ -17,6 +17,8 @@ pub(crate) struct Times {
     pub(crate) engine: Vec<f64>,
     /// The camera's own rays, where those of the light are the engine's.
     pub(crate) camera: f64,
+    /// From the camera's hits to the points that ask for light.
+    pub(crate) receivers: f64,
     pub(crate) shade: f64,
     pub(crate) write: f64,
 }
@@ -77,6 +79,7 @@ impl Report<'_> {
                 "load": self.times.load,
                 "engine": self.times.engine,
                 "camera": self.times.camera,
+                "receivers": self.times.receivers,
                 "shade": self.times.shade,
                 "write": self.times.write,
             },

@@ -1,10 +1,10 @@
 //! Exact shadows: is the light seen from what a camera sees? No map, no resolution, no bias.
 //!
-//! A ray that hits a triangle gives a receiver: the point at which the triangle is left to the side that the ray came from
-//! ([`Triangles::leave`]), so that it lies on the triangle's plane or strictly on that side of it. Where the light is not
-//! strictly on that side, decided exactly, the receiver turns away from it and is in shadow without a ray. Else the open
-//! segment from the light to the point, or the ray from the point toward the sun, decides. The receiver's own triangle can
-//! block neither: it has the point on its plane, or both ends on one side.
+//! A ray that hits a triangle sees one side of it. Where the light is not strictly on that side, decided exactly, the surface
+//! turns away from it and is in shadow without a ray. Else the point at which the triangle is left to that side
+//! ([`Triangles::leave`]) is a receiver: it lies on the triangle's plane or strictly on the light's side of it, and
+//! [`Frame::shadowed`] decides whether anything stands between. The receivers of a picture follow each other tile by tile, so
+//! that the engine finds neighbours together.
 //!
 //! A light is an [`Origin`], as that of a camera is. `Origin::Point(l)` is a point light. `Origin::Infinity(D)` is the
 //! sun: D is the direction in which its light travels, so the sun stands toward −D.
@@ -15,24 +15,34 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use umbel_core::{
-    Film, Frame, Hits, Options, Origin, Pencil, Segment, Side, Stats, TriangleId, Triangles, any_hit,
-    blocked, closest_hit,
+    Frame, Hits, NO_TRIANGLE, Options, Origin, Pencil, Receiver, Side, TriangleId, Triangles, closest_hit,
 };
 
 use crate::camera::{Camera, Shot, on_origin_grid};
+use crate::tiles::tiles;
 use crate::{Error, Scene};
 
-/// A point that a camera sees, and that light may reach.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SeenReceiver {
-    /// The index of the ray that sees it.
-    pub ray: u32,
-    /// The triangle that it lies on.
-    pub id: TriangleId,
-    /// The side of the triangle that is seen.
-    pub side: Side,
-    /// The point from which rays leave that side.
-    pub point: [f32; 3],
+/// The points that a camera sees and that may see a light: those of surfaces that turn to it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Receivers {
+    /// Where they lie, and on which triangles: neighbours follow each other.
+    pub points: Vec<Receiver>,
+    /// The index of the ray that sees each.
+    pub rays: Vec<u32>,
+}
+
+impl Receivers {
+    /// Takes over those of others, which come behind.
+    fn append(&mut self, mut others: Self) {
+        self.points.append(&mut others.points);
+        self.rays.append(&mut others.rays);
+    }
+
+    /// Makes room for so many in all.
+    fn reserve(&mut self, count: usize) {
+        self.points.reserve_exact(count - self.points.len());
+        self.rays.reserve_exact(count - self.rays.len());
+    }
 }
 
 /// A point light, on the grid that origins have: coordinates below 2⁻⁹⁶ move by at most 2⁻¹⁵⁰.
@@ -47,81 +57,62 @@ pub fn sun_light(toward: DVec3) -> Origin {
     Origin::Infinity(-toward)
 }
 
-/// The receivers of a pencil's hits, in the order of the rays.
-#[must_use]
-pub fn receivers(triangles: &Triangles<'_>, pencil: &Pencil, hits: &Hits) -> Vec<SeenReceiver> {
-    let receiver = |k: usize| {
-        let (id, ray) = (hits.get(k)?.id, pencil.ray(k));
-        // A ray that hits a triangle is never parallel to it.
-        let side = triangles.side_toward(id, -ray.direction)?;
-        let point = triangles.leave(id, triangles.barycentrics(id, &ray), side);
-        // A pencil has fewer than 2³² rays.
-        Some(SeenReceiver { ray: k as u32, id, side, point })
-    };
-    (0..hits.len()).into_par_iter().filter_map(receiver).collect()
-}
-
-/// Whether each receiver sees the light.
+/// The receivers of each light among the hits of a pencil. What is left out turns away from the light, and is in shadow.
 ///
 /// # Errors
-/// When the light is out of the range of origins and directions, see [`umbel_core::Ray`].
-pub fn lit(
+/// When a light is out of the range of origins and directions, see [`umbel_core::Ray`].
+pub fn receivers(
     triangles: &Triangles<'_>,
-    light: Origin,
-    receivers: &[SeenReceiver],
-    frame: &mut Frame,
-    options: &Options,
-) -> Result<(Vec<bool>, Stats), Error> {
-    check_light(light)?;
-    let is_toward = |receiver: &SeenReceiver| turns_to(triangles, light, receiver);
-    let toward: Vec<bool> = receivers.par_iter().map(is_toward).collect();
-    let candidates = receivers.iter().zip(&toward).filter(|&(_, &toward)| toward);
-    let points: Vec<[f32; 3]> = candidates.map(|(receiver, _)| receiver.point).collect();
-    let (dark, stats) = shadowed(triangles, light, &points, frame, options)?;
-    let mut dark = dark.into_iter();
-    let lit = toward.into_iter().map(|toward| toward && dark.next() == Some(false));
-    Ok((lit.collect(), stats))
-}
-
-/// Whether the side that is seen turns to the light: whether the light lies strictly on that side of the plane. Exact, for
-/// a light in range.
-#[must_use]
-pub fn turns_to(triangles: &Triangles<'_>, light: Origin, receiver: &SeenReceiver) -> bool {
-    let side = match light {
-        Origin::Point(point) => triangles.side_of(receiver.id, point),
-        Origin::Infinity(direction) => triangles.side_toward(receiver.id, -direction),
-    };
-    side == Some(receiver.side)
-}
-
-/// Refuses lights for which the exact stage could underflow or overflow.
-pub(crate) fn check_light(light: Origin) -> Result<(), Error> {
-    Pencil::new(light, Vec::new())?;
-    Ok(())
-}
-
-/// Whether anything stands between the light and each point. The points lie on their receivers' planes, or strictly on the
-/// light's side of them.
-fn shadowed(
-    triangles: &Triangles<'_>,
-    light: Origin,
-    points: &[[f32; 3]],
-    _frame: &mut Frame,
-    options: &Options,
-) -> Result<(Vec<bool>, Stats), Error> {
-    let widen = |point: &[f32; 3]| DVec3::from_array(point.map(f64::from));
-    match light {
-        Origin::Point(from) => {
-            let segment = |point| Segment { from, to: widen(point), receiver: None };
-            let segments: Vec<Segment> = points.par_iter().map(segment).collect();
-            Ok(blocked(triangles, &segments, options)?)
-        }
-        Origin::Infinity(direction) => {
-            let starts = points.par_iter().map(widen).collect();
-            let toward = Pencil::new(Origin::Infinity(-direction), vec![Film::Scattered(starts)])?;
-            Ok(any_hit(triangles, &toward, options)?)
-        }
+    pencil: &Pencil,
+    hits: &Hits,
+    lights: &[Origin],
+) -> Result<Vec<Receivers>, Error> {
+    for &light in lights {
+        Pencil::new(light, Vec::new())?;
     }
+    let none = || vec![Receivers::default(); lights.len()];
+    let of_ray = |found: &mut [Receivers], ray_id: u32| {
+        let Some(hit) = hits.get(ray_id as usize) else { return };
+        let (triangle, ray) = (hit.id, pencil.ray(ray_id as usize));
+        // A ray that hits a triangle is never parallel to it.
+        let Some(side) = triangles.side_toward(triangle, -ray.direction) else { return };
+        let mut start = None;
+        for (&light, found) in lights.iter().zip(found) {
+            if turns_to(triangles, light, (triangle, side)) {
+                let leave = || triangles.leave(triangle, triangles.barycentrics(triangle, &ray), side);
+                let point = *start.get_or_insert_with(leave);
+                found.points.push(Receiver { point, triangle });
+                found.rays.push(ray_id);
+            }
+        }
+    };
+    let parts = tiles(pencil).into_par_iter().fold(none, |mut found, tile| {
+        tile.rays().for_each(|ray| of_ray(&mut found, ray));
+        found
+    });
+    Ok(join(parts.collect(), lights.len()))
+}
+
+/// The receivers of each light, from parts that follow each other. A part is dropped once it has been copied.
+fn join(mut parts: Vec<Vec<Receivers>>, lights: usize) -> Vec<Receivers> {
+    let of_light = |light: usize| {
+        let count = parts.iter().map(|part| part[light].rays.len()).sum();
+        let mut of_light = parts.iter_mut().map(|part| std::mem::take(&mut part[light]));
+        let mut all = of_light.next().unwrap_or_default();
+        all.reserve(count);
+        of_light.for_each(|part| all.append(part));
+        all
+    };
+    (0..lights).map(of_light).collect()
+}
+
+/// Whether a side of a triangle turns to the light: whether the light lies strictly on that side of the plane. Exact.
+fn turns_to(triangles: &Triangles<'_>, light: Origin, (triangle, side): (TriangleId, Side)) -> bool {
+    let lit_side = match light {
+        Origin::Point(point) => triangles.side_of(triangle, point),
+        Origin::Infinity(direction) => triangles.side_toward(triangle, -direction),
+    };
+    lit_side == Some(side)
 }
 
 /// How much of each pixel's surface each of several lights reaches: counts of samples, so that their order does not matter.
@@ -141,16 +132,17 @@ impl MaskCounts {
         Self { seen: vec![0; pixels], lit: vec![vec![0; pixels]; lights] }
     }
 
-    /// Adds the receivers of one pass.
-    pub fn add_seen(&mut self, shot: &Shot, receivers: &[SeenReceiver]) {
-        receivers.iter().for_each(|receiver| self.seen[pixel(shot, receiver)] += 1);
+    /// Adds what one pass sees.
+    pub fn add_seen(&mut self, shot: &Shot, hits: &Hits) {
+        let seen = (0..).zip(hits.ids()).filter(|&(_, &id)| id != NO_TRIANGLE);
+        seen.for_each(|(ray, _)| self.seen[pixel(shot, ray)] += 1);
     }
 
-    /// Adds what one light reaches of them.
-    pub fn add_lit(&mut self, shot: &Shot, receivers: &[SeenReceiver], light: usize, lit: &[bool]) {
+    /// Adds what one light reaches of it: its receivers, as far as they are not in shadow.
+    pub fn add_lit(&mut self, shot: &Shot, light: usize, receivers: &Receivers, shadowed: &[bool]) {
         let counts = &mut self.lit[light];
-        let reached = receivers.iter().zip(lit).filter(|&(_, &lit)| lit);
-        reached.for_each(|(receiver, _)| counts[pixel(shot, receiver)] += 1);
+        let reached = receivers.rays.iter().zip(shadowed).filter(|&(_, &shadowed)| !shadowed);
+        reached.for_each(|(&ray, _)| counts[pixel(shot, ray)] += 1);
     }
 
     /// The mask of a light: 1 = lit, 0 = shadowed, between them where samples differ, NaN = no surface.
@@ -164,10 +156,9 @@ impl MaskCounts {
     }
 }
 
-/// The pixel that sees a receiver.
-fn pixel(shot: &Shot, receiver: &SeenReceiver) -> usize {
-    let pixels = shot.pixels.as_ref();
-    pixels.map_or(receiver.ray, |pixels| pixels[receiver.ray as usize]) as usize
+/// The pixel of a ray.
+fn pixel(shot: &Shot, ray: u32) -> usize {
+    shot.pixels.as_ref().map_or(ray, |pixels| pixels[ray as usize]) as usize
 }
 
 /// The mask of a picture for each light, pixel by pixel: 1 = lit, 0 = shadowed, NaN = no surface; with more than one sample
@@ -207,11 +198,11 @@ pub fn shadow_masks(
     for pass in 0..samples {
         let shot = camera.subpixel_shot(pass, samples)?;
         let (hits, _) = closest_hit(&triangles, &shot.pencil, options)?;
-        let seen = receivers(&triangles, &shot.pencil, &hits);
-        counts.add_seen(&shot, &seen);
-        for (index, &light) in lights.iter().enumerate() {
-            let (lit, _) = lit(&triangles, light, &seen, &mut frame, options)?;
-            counts.add_lit(&shot, &seen, index, &lit);
+        let receivers = receivers(&triangles, &shot.pencil, &hits, lights)?;
+        counts.add_seen(&shot, &hits);
+        for (index, (&light, receivers)) in lights.iter().zip(&receivers).enumerate() {
+            let (shadowed, _) = frame.shadowed(&triangles, light, &receivers.points, options)?;
+            counts.add_lit(&shot, index, receivers, &shadowed);
         }
     }
     Ok((0..lights.len()).map(|light| counts.mask(light)).collect())

@@ -2,9 +2,9 @@
 
 use serde_json::{Map, Value, json};
 use umbel::{
-    Camera, CubeMap, Error, Film, Frame, Lens, MaskCounts, Origin, Pencil, Scene, SeenReceiver, Stats,
-    Triangles, closest_hit, compare_maps, cube_map, cube_pencil, distances, face_matrices, lit, receivers,
-    sun_pencil,
+    Camera, Error, Film, Frame, Hits, Lens, MapErrors, MaskCounts, NO_TRIANGLE, Origin, Pencil, Receivers,
+    Scene, Shot, Stats, Triangles, closest_hit, compare_maps, cube_map, cube_pencil, distances,
+    face_matrices, receivers, sun_pencil,
 };
 
 use crate::cli::Common;
@@ -30,10 +30,28 @@ struct Run<'a> {
     lights: Vec<Origin>,
     times: Times,
     stats: Stats,
+    /// Texels of maps, and surfaces that are seen, once for each light.
     rays: usize,
+    /// Those of them that were receivers.
+    asked: usize,
     hash: blake3::Hasher,
     /// What the report has beyond that of other verbs.
     more: Map<String, Value>,
+}
+
+/// What a camera sees through one pass.
+struct Seen {
+    shot: Shot,
+    hits: Hits,
+    /// Those of each light.
+    receivers: Vec<Receivers>,
+}
+
+impl Seen {
+    /// How many rays see a surface.
+    fn surfaces(&self) -> usize {
+        self.hits.ids().iter().filter(|&&id| id != NO_TRIANGLE).count()
+    }
 }
 
 /// `umbel shadow`.
@@ -58,7 +76,8 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
     let triangles = scene.geometry()?;
     let (stats, hash) = (Stats::default(), blake3::Hasher::new());
     let more = Map::from_iter([("lights".to_owned(), lights.iter().copied().map(light_json).collect())]);
-    let mut run = Run { args, common, scene: &scene, triangles, lights, times, stats, rays: 0, hash, more };
+    let mut run =
+        Run { args, common, scene: &scene, triangles, lights, times, stats, rays: 0, asked: 0, hash, more };
     maps.map_or(Ok(()), |names| run.write_maps(&names))?;
     masks.map_or(Ok(()), |names| run.write_masks(&names, &camera))?;
     if let Some(sizes) = &args.compare {
@@ -93,39 +112,38 @@ impl Run<'_> {
                 }
                 self.stats = follow(self.stats, stats);
                 self.rays += pencil.len();
-                let values = timed(&mut self.times.shade, || distances(pencil, frame.hits()));
+                let values =
+                    timed(&mut self.times.shade, || distances(&self.triangles, pencil, frame.hits()));
                 timed(&mut self.times.write, || writer.put(values))?;
             }
         }
         timed(&mut self.times.write, || writer.finish())
     }
 
-    /// What the camera sees through pass `pass` of `passes`.
-    fn seen(&mut self, camera: &Camera, pass: u32, passes: u32) -> Result<(umbel::Shot, umbel::Hits), Error> {
+    /// What the camera sees through pass `pass` of `passes`, and the receivers of each light in it.
+    fn seen(&mut self, camera: &Camera, pass: u32, passes: u32) -> Result<Seen, Error> {
         let shot = camera.subpixel_shot(pass, passes)?;
         let options = self.common.options();
         let query = || closest_hit(&self.triangles, &shot.pencil, &options);
         let (hits, _) = timed(&mut self.times.camera, query)?;
-        Ok((shot, hits))
+        let leave = || receivers(&self.triangles, &shot.pencil, &hits, &self.lights);
+        let receivers = timed(&mut self.times.receivers, leave)?;
+        Ok(Seen { shot, hits, receivers })
     }
 
-    /// Which receivers each light reaches. `repeat` is that of the times.
-    fn lit(
-        &mut self,
-        seen: &[SeenReceiver],
-        frame: &mut Frame,
-        repeat: usize,
-    ) -> Result<Vec<Vec<bool>>, Error> {
+    /// Which receivers of each light are in shadow. `repeat` is that of the times.
+    fn shadowed(&mut self, seen: &Seen, frame: &mut Frame, repeat: usize) -> Result<Vec<Vec<bool>>, Error> {
         let options = self.common.options();
         let mut all = Vec::new();
-        for &light in &self.lights {
-            let query = || lit(&self.triangles, light, seen, frame, &options);
-            let (lit, stats) = timed(&mut self.times.engine[repeat], query)?;
+        for (&light, Receivers { points, .. }) in self.lights.iter().zip(&seen.receivers) {
+            let query = || frame.shadowed(&self.triangles, light, points, &options);
+            let (shadowed, stats) = timed(&mut self.times.engine[repeat], query)?;
             if repeat + 1 == self.common.repeat as usize {
                 self.stats = follow(self.stats, stats);
-                self.rays += seen.len();
+                self.rays += seen.surfaces();
+                self.asked += points.len();
             }
-            all.push(lit);
+            all.push(shadowed);
         }
         Ok(all)
     }
@@ -137,20 +155,17 @@ impl Run<'_> {
         let mut frame = Frame::keeping_order();
         let progress = progress(samples, "samples", self.common);
         for pass in 0..samples {
-            let (shot, hits) = self.seen(camera, pass, samples)?;
+            let seen = self.seen(camera, pass, samples)?;
+            let mut shadowed = Vec::new();
             for repeat in 0..self.common.repeat as usize {
                 if !self.common.keep_order {
                     frame = Frame::keeping_order();
                 }
-                let leave = || receivers(&self.triangles, &shot.pencil, &hits);
-                let seen = timed(&mut self.times.engine[repeat], leave);
-                let reached = self.lit(&seen, &mut frame, repeat)?;
-                if repeat == 0 {
-                    counts.add_seen(&shot, &seen);
-                    for (light, lit) in reached.iter().enumerate() {
-                        counts.add_lit(&shot, &seen, light, lit);
-                    }
-                }
+                shadowed = self.shadowed(&seen, &mut frame, repeat)?;
+            }
+            counts.add_seen(&seen.shot, &seen.hits);
+            for (light, (receivers, shadowed)) in seen.receivers.iter().zip(&shadowed).enumerate() {
+                counts.add_lit(&seen.shot, light, receivers, shadowed);
             }
             progress.set_position(u64::from(pass) + 1);
         }
@@ -169,73 +184,38 @@ impl Run<'_> {
 
     /// Prints where cube maps differ from exact shadows.
     fn compare(&mut self, sizes: &[u32], camera: &Camera) -> Result<(), Error> {
-        let (shot, hits) = self.seen(camera, 0, 1)?;
-        let seen = receivers(&self.triangles, &shot.pencil, &hits);
+        let seen = self.seen(camera, 0, 1)?;
+        let surfaces = seen.surfaces();
         let (mut frame, options) = (Frame::keeping_order(), self.common.options());
-        let exact = self.lit(&seen, &mut frame, self.common.repeat as usize - 1)?;
+        let shadowed = self.shadowed(&seen, &mut frame, self.common.repeat as usize - 1)?;
         let (mut rows, mut text) = (Vec::new(), String::new());
-        for (index, (&light, exact)) in self.lights.iter().zip(&exact).enumerate() {
+        for (index, (&light, shadowed)) in self.lights.iter().zip(&shadowed).enumerate() {
             let Origin::Point(point) = light else { continue };
-            let reached = exact.iter().filter(|&&lit| lit).count();
+            let reached = shadowed.iter().filter(|&&shadowed| !shadowed).count();
             text += &format!(
-                "light {index} at {point}: {} receivers, {reached} lit\n{:>10} {:>19} {:>19} {:>12} {:>12}\n",
-                seen.len(),
-                "cube size",
-                "acne",
-                "leaks",
-                "median bias",
-                "largest bias"
+                "light {index} at {point}: {surfaces} receivers, {reached} lit\n{:>10} {:>19} {:>19} {:>12} {:>12}\n",
+                "cube size", "acne", "leaks", "median bias", "largest bias"
             );
             for &size in sizes {
                 let (map, _) = cube_map(&self.triangles, point, size, &mut frame, &options)?;
-                let row = self.compare_one(&map, &seen, exact, index);
-                text += &row.0;
-                rows.push(row.1);
+                let points = &seen.receivers[index].points;
+                let found = compare_maps(&self.triangles, &map, points, shadowed);
+                let (line, mut row) = comparison(size, surfaces, &found);
+                row["light"] = index.into();
+                text += &line;
+                rows.push(row);
             }
         }
         self.more.insert("compare".into(), rows.into());
         print(&text)
     }
 
-    /// A line of the table, and the same for the report.
-    fn compare_one(
-        &self,
-        map: &CubeMap,
-        seen: &[SeenReceiver],
-        exact: &[bool],
-        light: usize,
-    ) -> (String, Value) {
-        let found = compare_maps(&self.triangles, map, seen, exact);
-        let part = |count: usize| {
-            let percent = 100.0 * count as f64 / seen.len().max(1) as f64;
-            format!("{count} {:>9}", format!("{percent:.4} %"))
-        };
-        let line = format!(
-            "{:>10} {:>19} {:>19} {:>12.4} {:>12.4}\n",
-            map.size(),
-            part(found.acne),
-            part(found.leaks),
-            found.median_bias,
-            found.greatest_bias
-        );
-        let value = json!({
-            "light": light,
-            "cube_size": map.size(),
-            "receivers": found.receivers,
-            "asked": found.asked,
-            "acne": found.acne,
-            "leaks": found.leaks,
-            "median_bias": found.median_bias,
-            "greatest_bias": found.greatest_bias,
-        });
-        (line, value)
-    }
-
     /// Says what was asked for: times and counters, and the report.
-    fn report(self) -> Result<(), Error> {
+    fn report(mut self) -> Result<(), Error> {
         if self.common.verbose {
             print_run(&self.times, &self.stats);
         }
+        self.more.insert("asked".into(), self.asked.into());
         let report = Report {
             command: "shadow",
             scene: self.scene,
@@ -247,6 +227,31 @@ impl Run<'_> {
         };
         self.common.report.as_deref().map_or(Ok(()), |path| report.write_with(path, self.more))
     }
+}
+
+/// A line of the table, and the same for the report. Parts are those of all surfaces that are seen.
+fn comparison(size: u32, surfaces: usize, found: &MapErrors) -> (String, Value) {
+    let part = |count: usize| {
+        let percent = 100.0 * count as f64 / surfaces.max(1) as f64;
+        format!("{count} {:>9}", format!("{percent:.4} %"))
+    };
+    let line = format!(
+        "{size:>10} {:>19} {:>19} {:>12.4} {:>12.4}\n",
+        part(found.acne),
+        part(found.leaks),
+        found.median_bias,
+        found.greatest_bias
+    );
+    let value = json!({
+        "cube_size": size,
+        "receivers": surfaces,
+        "asked": found.receivers,
+        "acne": found.acne,
+        "leaks": found.leaks,
+        "median_bias": found.median_bias,
+        "greatest_bias": found.greatest_bias,
+    });
+    (line, value)
 }
 
 /// Whether a light is at infinity.
@@ -300,8 +305,8 @@ fn check_memory(
     let maps =
         args.output.as_ref().map_or(0, |_| square(args.map_size()) * faces * (TEXEL_BYTES + 4 * count));
     let picture = args.mask.is_some() || args.compare.is_some();
-    let pixel =
-        SHADOW_BYTES + PIXEL_BYTES + 7 * count + if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
+    let scattered = if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
+    let pixel = PIXEL_BYTES + (SHADOW_BYTES + 6) * count + scattered;
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
     let masks = if picture { pixels * pixel } else { 0 };
     let compared = args.compare.iter().flat_map(|sizes| &sizes.0).map(|&size| square(size) * 6 * TEXEL_BYTES);

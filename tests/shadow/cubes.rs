@@ -96,7 +96,7 @@ fn edges_and_corners_are_the_same_from_either_face() {
             for offset in [[1, 1], [1, -1], [-1, 1], [-1, -1]] {
                 let pencil = moved_faces(light, size, offset);
                 let (hits, _) = closest_hit(&mesh.geometry(), &pencil, &Options::default()).expect("rays");
-                let found = distances(&pencil, &hits);
+                let found = distances(&mesh.geometry(), &pencil, &hits);
                 for (k, distance) in found.into_iter().enumerate() {
                     let key = pencil.ray(k).direction.to_array().map(|x| (x + 0.0).to_bits());
                     let answer = (hits.ids()[k], distance.to_bits());

@@ -189,14 +189,21 @@ fn a_report_of_lights_and_faces() {
     let matrix = serde_json::json!([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]]);
     assert_eq!(faces[0]["matrix"].to_string().replace("-0.0", "0.0"), matrix.to_string());
     assert_eq!(report["ms"]["engine"].as_array().map(Vec::len), Some(3));
-    assert!(report["ms"]["camera"].as_f64().expect("milliseconds") > 0.0);
-    // Each light: the texels of its cube, and what two passes of the camera see.
+    for stage in ["camera", "receivers"] {
+        assert!(report["ms"][stage].as_f64().expect("milliseconds") > 0.0, "{stage}");
+    }
+    // Each light: the texels of its cube, and what two passes of the camera see: the box from outside, nothing of which turns to a
+    // light within.
     let seen = report["rays"].as_u64().expect("a count") - 2 * 96;
     assert!(seen > 0 && seen <= 2 * 2 * 200, "{seen}");
+    assert_eq!(report["asked"], 0);
     let mut hasher = blake3::Hasher::new();
     hasher.update(&place.npy("c.npy").data);
     hasher.update(&place.npy("m.npy").data);
     assert_eq!(report["hash"], hasher.finalize().to_hex().as_str());
+    place.quiet_run(&format!("shadow box.obj --light 20,30,40 {CAMERA} --report r.json --mask m.npy"));
+    let report = place.json("r.json");
+    assert!(report["asked"].as_u64() > Some(0) && report["asked"].as_u64() <= report["rays"].as_u64());
 }
 
 #[test]

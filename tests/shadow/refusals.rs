@@ -39,6 +39,7 @@ fn lights_that_are_none() {
     }
     refuse("render floor.obj --light 1,2,3 --aov id=a.npy", 2, "-o FILE");
     refuse("render floor.obj --sun 1,2,3 --aov id=a.npy", 2, "-o FILE");
+    refuse("render floor.obj --sun 1,2,3 -o a.ply", 2, "-o FILE.png");
 }
 
 #[test]
@@ -106,5 +107,9 @@ fn limits_stop_before_the_start() {
     refuse("shadow floor.obj --light 1,2,3 --mask a.npy --max-memory 1M", 4, "--size");
     refuse("shadow floor.obj --sun 1,2,3 -o a.npy --max-memory 1M", 4, "--map-size");
     refuse("shadow floor.obj --light 1,2,3 -o a.npy --cube-size 32768 --max-memory 8G", 4, "--max-memory");
-    refuse("render floor.obj --light 1,2,3 -o a.png --size 100x100 --max-memory 1M", 4, "--size");
+    // A light needs half as much again as the picture.
+    refuse("render floor.obj --light 1,2,3 -o a.png --size 120x120 --max-memory 1M", 4, "--size");
+    let place = Place::new();
+    place.put("floor.obj", FLOOR);
+    place.quiet_run("render floor.obj -o a.png --size 120x120 --max-memory 1M");
 }
