@@ -6,6 +6,8 @@
 //! - ortho: the same film of start points, `height` world units high, d = f;
 //! - equirect: λ = (2(i+½)/W − 1)π, φ = (1 − 2(j+½)/H)π/2, d = cos φ (cos λ f + sin λ r) + sin φ u;
 //! - fisheye: equidistant, the angle from f grows with the distance from the centre up to fov/2 on the inscribed circle;
+//! - spinning: a LiDAR; columns as in equirect, the elevation of ring j goes in equal steps from the upper to the lower limit,
+//!   both included;
 //! - cube: +X −X +Y −Y +Z −Z in world axes, texel (i, j) looks along m + (2(i+½)/N − 1)s + (2(j+½)/N − 1)t.
 //!
 //! sin, cos and tan come from `libm`: those of the platform differ in the last bit.
@@ -45,8 +47,21 @@ pub enum Lens {
         /// Full angle over the inscribed circle in degrees.
         fov: f64,
     },
+    /// A spinning LiDAR: `height` rings of `width` directions each, the uppermost first.
+    Spinning {
+        /// Elevations of the lowest and of the highest ring in degrees, within [−90, 90]. A single ring lies between.
+        elevations: [f64; 2],
+    },
     /// Six square faces around the eye, in world axes.
     Cube,
+}
+
+impl Lens {
+    /// Whether straight lines may be bent in the picture: its rays then lie scattered on a film.
+    #[must_use]
+    pub fn bends_lines(&self) -> bool {
+        matches!(self, Self::Equirect | Self::Fisheye { .. } | Self::Spinning { .. })
+    }
 }
 
 /// A camera: where, whereto, and through which lens.
@@ -128,6 +143,12 @@ impl Camera {
         if self.lens == Lens::Cube { self.width.saturating_mul(6) } else { self.height }
     }
 
+    /// Pixels of the picture.
+    #[must_use]
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.rows() as usize
+    }
+
     /// The rays through the pixel centres.
     ///
     /// # Errors
@@ -180,7 +201,7 @@ impl Camera {
                 let faces = CUBE_FACES.map(|[m, s, t]| film(width, width, [m, s * scale, -t * scale]));
                 (Origin::Point(eye), faces.into_iter().collect::<Result<_, _>>()?)
             }
-            Lens::Equirect | Lens::Fisheye { .. } => {
+            Lens::Equirect | Lens::Fisheye { .. } | Lens::Spinning { .. } => {
                 return self.scattered_shot([f, r, u], eye, offset);
             }
         };
@@ -188,38 +209,47 @@ impl Camera {
     }
 
     /// The rays of lenses that bend straight lines.
-    fn scattered_shot(&self, [f, r, u]: [DVec3; 3], eye: DVec3, offset: [i32; 2]) -> Result<Shot, Error> {
+    fn scattered_shot(&self, axes: [DVec3; 3], eye: DVec3, offset: [i32; 2]) -> Result<Shot, Error> {
+        match self.lens {
+            Lens::Fisheye { fov } => check_angle(fov, 360.0, true)?,
+            Lens::Spinning { elevations } => check_elevations(elevations, self.height)?,
+            _ => {}
+        }
         let shift = offset.map(|o| f64::from(o) / f64::from(2 * SUBPIXELS));
-        let (w, h) = (f64::from(self.width), f64::from(self.height));
         let (mut directions, mut pixels) = (Vec::new(), Vec::new());
         let count = u64::from(self.width) * u64::from(self.height);
         let count = u32::try_from(count).map_err(|_| umbel_core::Error::TooManyRays { rays: count })?;
         for pixel in 0..count {
             let (i, j) = (f64::from(pixel % self.width) + shift[0], f64::from(pixel / self.width) - shift[1]);
-            let direction = match self.lens {
-                Lens::Fisheye { fov } => {
-                    check_angle(fov, 360.0, true)?;
-                    let radius = w.min(h) * 0.5;
-                    let (x, y) = ((i + 0.5 - w * 0.5) / radius, (h * 0.5 - j - 0.5) / radius);
-                    let distance = (x * x + y * y).sqrt();
-                    if distance > 1.0 {
-                        continue;
-                    }
-                    let angle = distance * fov * PI / 360.0;
-                    let across = if distance > 0.0 { (r * x + u * y) / distance } else { DVec3::ZERO };
-                    f * cos(angle) + across * sin(angle)
-                }
-                _ => {
-                    let (lambda, phi) =
-                        ((2.0 * (i + 0.5) / w - 1.0) * PI, (1.0 - 2.0 * (j + 0.5) / h) * PI * 0.5);
-                    (f * cos(lambda) + r * sin(lambda)) * cos(phi) + u * sin(phi)
-                }
-            };
-            directions.push(direction);
-            pixels.push(pixel);
+            if let Some(direction) = self.direction(axes, i, j) {
+                directions.push(direction);
+                pixels.push(pixel);
+            }
         }
         let pencil = Pencil::new(Origin::Point(eye), vec![Film::Scattered(directions)])?;
         Ok(Shot { pencil, pixels: Some(pixels) })
+    }
+
+    /// Where a lens that bends straight lines looks at column i and row j; `None` outside its circle.
+    fn direction(&self, [f, r, u]: [DVec3; 3], i: f64, j: f64) -> Option<DVec3> {
+        let (w, h) = (f64::from(self.width), f64::from(self.height));
+        if let Lens::Fisheye { fov } = self.lens {
+            let radius = w.min(h) * 0.5;
+            let (x, y) = ((i + 0.5 - w * 0.5) / radius, (h * 0.5 - j - 0.5) / radius);
+            let distance = (x * x + y * y).sqrt();
+            let angle = distance * fov * PI / 360.0;
+            let across = if distance > 0.0 { (r * x + u * y) / distance } else { DVec3::ZERO };
+            return (distance <= 1.0).then(|| f * cos(angle) + across * sin(angle));
+        }
+        let lambda = (2.0 * (i + 0.5) / w - 1.0) * PI;
+        let phi = match self.lens {
+            Lens::Spinning { elevations: [lower, upper] } => {
+                let down = if self.height > 1 { j / (h - 1.0) } else { 0.5 };
+                (upper + (lower - upper) * down) * PI / 180.0
+            }
+            _ => (1.0 - 2.0 * (j + 0.5) / h) * PI * 0.5,
+        };
+        Some((f * cos(lambda) + r * sin(lambda)) * cos(phi) + u * sin(phi))
     }
 
     /// forward, right and up, of unit length.
@@ -258,14 +288,24 @@ fn check_angle(degrees: f64, limit: f64, inclusive: bool) -> Result<(), Error> {
     Err(Error::Usage(format!("--fov must lie between 0 and {limit} degrees, not {degrees}")))
 }
 
+/// Refuses elevations outside [−90, 90], and limits in the wrong order; a single ring needs no room between them.
+fn check_elevations([lower, upper]: [f64; 2], rings: u32) -> Result<(), Error> {
+    if -90.0 <= lower && upper <= 90.0 && (lower < upper || (rings == 1 && lower == upper)) {
+        return Ok(());
+    }
+    Err(Error::Usage(format!(
+        "fov={lower}..{upper}: a LiDAR's rings lie between two elevations in degrees, the lower first, each from -90 to 90"
+    )))
+}
+
 /// v over its length; v must not be zero.
-fn unit(v: DVec3) -> DVec3 {
+pub(crate) fn unit(v: DVec3) -> DVec3 {
     let scaled = v / v.abs().max_element();
     scaled / (scaled.x * scaled.x + scaled.y * scaled.y + scaled.z * scaled.z).sqrt()
 }
 
 /// The nearest point whose coordinates are multiples of 2⁻¹⁴⁹, as origins must be. Only coordinates below 2⁻⁹⁶ move.
-fn on_origin_grid(point: DVec3) -> DVec3 {
+pub(crate) fn on_origin_grid(point: DVec3) -> DVec3 {
     let grid = f64::from(f32::from_bits(1));
     let limit = grid * f64::from(1 << 26) * f64::from(1 << 26);
     let nearest = |x: f64| {

@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use umbel::{Accuracy, Aov, Isa, Options, Path};
+use umbel::{Accuracy, Isa, Options, Path};
 
 use crate::camera_args::CameraArgs;
 use crate::parse::parse_bytes;
+use crate::picture_args::PictureArgs;
+use crate::probe_args::ProbeArgs;
+use crate::shadow_args::{LightArgs, ShadowArgs};
 
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 runtime failure, 2 usage, 3 bad input, 4 limit hit, \
 5 a comparison found a difference, 130 interrupted.";
@@ -125,6 +128,12 @@ pub(crate) enum PathArg {
 pub(crate) enum Command {
     /// Render what a camera sees: a shaded preview, ids, depth, normals, positions
     Render(RenderArgs),
+    /// Look all around from one place: environment maps, and the ranges that a LiDAR measures
+    Probe(ProbeArgs),
+    /// List the triangles that any of some views sees
+    Visible(VisibleArgs),
+    /// Exact shadows per pixel, and maps of the distances that lights see
+    Shadow(ShadowArgs),
     /// Check pencils against the general path and against tiny-skia, on your own scene
     Verify(VerifyArgs),
     /// Print counts, bounds, and degenerate and non-finite elements
@@ -137,17 +146,34 @@ pub(crate) struct RenderArgs {
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 
-    /// PNG: shaded preview. EXR: preview and every AOV asked for. NPY: linear preview. Default umbel.png
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
+
+    /// Lights of the preview, with exact shadows
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct VisibleArgs {
+    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    #[arg(default_value = "builtin:umbel")]
+    pub(crate) scene: String,
+
+    /// NPY: the ids as an array. TXT: one a line. Without it they are printed
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
-    /// id, depth, distance, normal, position, bary, object or work (a heat map): NAME=FILE.npy, or NAME alone to add it to the EXR
-    #[arg(long = "aov", value_name = "NAME[=FILE.npy]", value_parser = parse_aov)]
-    pub(crate) aovs: Vec<(Aov, Option<PathBuf>)>,
+    /// Print visible and all triangles of each object, and their share, instead of ids
+    #[arg(long)]
+    pub(crate) objects: bool,
 
-    /// Samples per pixel of the preview; AOVs are those of the pixel centre
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub(crate) samples: u32,
+    /// Views in a file: [{"eye": [x,y,z], "target": [x,y,z], "fov": 60, "size": [640,480]}, ...] or a table of such by name; also up, camera, height and cube_size
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["eye", "target", "up", "fov", "height", "size", "cube_size", "lens"])]
+    pub(crate) views: Option<PathBuf>,
 
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
@@ -176,33 +202,4 @@ pub(crate) struct InfoArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-/// "NAME" or "NAME=FILE.npy".
-fn parse_aov(text: &str) -> Result<(Aov, Option<PathBuf>), String> {
-    let (name, file) = match text.split_once('=') {
-        Some((name, file)) => (name, Some(file)),
-        None => (text, None),
-    };
-    let aov = match name {
-        "id" => Aov::Id,
-        "depth" => Aov::Depth,
-        "distance" => Aov::Distance,
-        "normal" => Aov::Normal,
-        "position" => Aov::Position,
-        "bary" => Aov::Bary,
-        "object" => Aov::Object,
-        "work" => Aov::Work,
-        _ => {
-            return Err(format!(
-                "{name} is none of id, depth, distance, normal, position, bary, object, work"
-            ));
-        }
-    };
-    match file {
-        Some(file) if !file.to_ascii_lowercase().ends_with(".npy") => {
-            Err(format!("{file}: an AOV is written as .npy"))
-        }
-        file => Ok((aov, file.map(PathBuf::from))),
-    }
 }

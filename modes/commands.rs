@@ -1,19 +1,27 @@
 //! The verbs of the command line: each reads a scene, runs the library, and writes what it was asked for.
 
-use std::collections::HashSet;
 use std::io::Write as _;
-use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use umbel::{
-    Camera, Error, Frame, Lens, LoadOptions, Scene, Stats, VisibilityBuffer, info, load, preview, verify,
+    Camera, Error, Frame, Lens, LoadOptions, Scene, Stats, VisibilityBuffer, info, load, preview_lit, verify,
     write_png_rgb8,
 };
 
 use crate::cli::{Common, InfoArgs, RenderArgs, VerifyArgs};
-use crate::picture::{Picture, extension};
+use crate::picture::{Files, Picture, Sight};
 use crate::report::{Report, Times, kibibytes, timed};
+
+/// Bytes of a pixel: hits 8, and either points 28 with their positions and normals 24, or else a preview 12 and its sum 12,
+/// bytes of the picture 3 and the widest derived image 12.
+pub(crate) const PIXEL_BYTES: u64 = 60;
+
+/// More bytes of a scattered ray: its direction and its pixel, and its place in their order.
+pub(crate) const SCATTERED_BYTES: u64 = 36;
+
+/// More bytes of a pixel for each light: the receiver 20, at most half of that again while receivers are joined, the answer 1.
+pub(crate) const SHADOW_BYTES: u64 = 31;
 
 /// Reads a scene and says what was noticed.
 pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
@@ -29,102 +37,87 @@ pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Resu
 
 /// `umbel render`.
 pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
-    let output = output_of(args)?;
+    let output = args.picture.checked_output()?;
+    let lights = args.lights.lights()?;
+    if !lights.is_empty() && (output.is_none() || args.picture.is_point_cloud()) {
+        let what = "--light and --sun go with the preview: add -o FILE.png, or leave them out";
+        return Err(Error::Usage(what.into()));
+    }
     let mut times = Times::default();
     let scene = load_scene(&args.scene, common, &mut times)?;
     let camera = args.camera.camera(&scene)?;
-    check_memory(&scene, &camera, common)?;
+    let shadows = lights.len() as u64 * (SHADOW_BYTES + 1);
+    check_memory_with(&scene, &camera, shadows, common)?;
+    let sight = Sight::of_camera(&camera)?;
+    see("render", &scene, sight, &Files { args: &args.picture, output, lights }, common, times)
+}
 
+/// Finds what the rays of a sight hit, and writes the files that were asked for and nothing else.
+pub(crate) fn see(
+    command: &'static str,
+    scene: &Scene,
+    sight: Sight,
+    files: &Files<'_>,
+    common: &Common,
+    mut times: Times,
+) -> Result<(), Error> {
     // The engine: visibility of the pixel centres.
     let options = common.options();
-    let (triangles, shot) = (scene.geometry()?, camera.shot()?);
+    let triangles = scene.geometry()?;
     let mut frame = if common.keep_order { Frame::keeping_order() } else { Frame::new() };
     let mut stats = Stats::default();
     for _ in 0..common.repeat {
         let mut milliseconds = 0.0;
-        stats = timed(&mut milliseconds, || frame.closest_hit(&triangles, &shot.pencil, &options))?;
+        stats = timed(&mut milliseconds, || frame.closest_hit(&triangles, &sight.shot.pencil, &options))?;
         times.engine.push(milliseconds);
     }
-    let buffer = VisibilityBuffer::new(&camera, shot, frame);
+    let pixels = sight.pixels();
+    let Sight { shot, shape, camera } = sight;
+    let buffer = VisibilityBuffer::new(shot, pixels, frame);
 
-    // What was asked for, and nothing else.
     let mut hash = blake3::Hasher::new();
-    let progress = progress(args.samples, common);
-    let linear = match &output {
-        Some(_) => Some(timed(&mut times.shade, || {
-            preview(&scene, &camera, &buffer, args.samples, &options, |pass| {
+    let samples = files.args.samples;
+    let progress = progress(samples, "samples", common);
+    let linear = match (&files.output, &camera) {
+        (Some(_), Some(camera)) if !files.args.is_point_cloud() => Some(timed(&mut times.shade, || {
+            preview_lit(scene, camera, &buffer, samples, &files.lights, &options, |pass| {
                 progress.set_position(u64::from(pass))
             })
         })?),
-        None => None,
+        _ => None,
     };
     progress.finish_and_clear();
-    let picture = Picture { scene: &scene, camera: &camera, buffer: &buffer };
-    timed(&mut times.write, || picture.write(args, output.as_deref(), linear, &mut hash))?;
+    let picture = Picture { scene, shape, buffer: &buffer };
+    timed(&mut times.write, || picture.write(files, linear, &mut hash))?;
 
     if common.verbose {
         print_run(&times, &stats);
     }
     let rays = buffer.hits.len();
-    let report = Report {
-        command: "render",
-        scene: &scene,
-        rays,
-        options,
-        times: &times,
-        stats,
-        hash: hash.finalize(),
-    };
+    let report = Report { command, scene, rays, options, times: &times, stats, hash: hash.finalize() };
     common.report.as_deref().map_or(Ok(()), |path| report.write(path))
 }
 
-/// Where the picture goes: `-o`, or umbel.png where nothing at all was asked for.
-fn output_of(args: &RenderArgs) -> Result<Option<PathBuf>, Error> {
-    refuse_collisions(args)?;
-    let Some(output) = &args.output else {
-        if let Some((aov, _)) = args.aovs.iter().find(|(_, file)| file.is_none()) {
-            let name = format!("{aov:?}").to_ascii_lowercase();
-            return Err(Error::Usage(format!(
-                "--aov {name} without a file needs -o FILE.exr; or write --aov {name}=FILE.npy"
-            )));
-        }
-        return Ok(args.aovs.is_empty().then(|| PathBuf::from("umbel.png")));
-    };
-    let format = extension(output);
-    if !["png", "exr", "npy"].contains(&format.as_str()) {
-        return Err(Error::Usage(format!("{}: -o takes .png, .exr or .npy", output.display())));
-    }
-    if format != "exr" && args.aovs.iter().any(|(_, file)| file.is_none()) {
-        return Err(Error::Usage(
-            "--aov NAME without a file adds it to an EXR: use -o FILE.exr, or --aov NAME=FILE.npy".into(),
-        ));
-    }
-    Ok(Some(output.clone()))
-}
-
-/// Refuses two outputs under one name, and one channel given twice.
-fn refuse_collisions(args: &RenderArgs) -> Result<(), Error> {
-    let files = args.aovs.iter().filter_map(|(_, file)| file.as_ref()).chain(&args.output);
-    let mut seen = HashSet::new();
-    if let Some(file) = files.into_iter().find(|file| !seen.insert(*file)) {
-        return Err(Error::Usage(format!("{}: two outputs have this name", file.display())));
-    }
-    let mut channels = HashSet::new();
-    let twice = args.aovs.iter().find(|(aov, file)| file.is_none() && !channels.insert(*aov));
-    twice.map_or(Ok(()), |(aov, _)| {
-        Err(Error::Usage(format!("--aov {} is given twice", format!("{aov:?}").to_ascii_lowercase())))
-    })
-}
-
-/// Stops before the start when the forecast exceeds `--max-memory`, or else what the machine has left.
+/// Stops before the start when a picture needs more than `--max-memory`, or else what the machine has left.
 pub(crate) fn check_memory(scene: &Scene, camera: &Camera, common: &Common) -> Result<(), Error> {
+    check_memory_with(scene, camera, 0, common)
+}
+
+/// The same, with so many more bytes per pixel.
+fn check_memory_with(scene: &Scene, camera: &Camera, more: u64, common: &Common) -> Result<(), Error> {
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
-    // Hits 8, preview 12 and its sum 12, bytes of the picture 3, the widest derived image 12.
-    let flat = 47;
-    // Lenses that bend straight lines keep a direction and a pixel per ray, and their order.
-    let bent = matches!(camera.lens, Lens::Equirect | Lens::Fisheye { .. });
-    let forecast = pixels * if bent { flat + 36 } else { flat } + scene.triangles.len() as u64 * 6;
-    let remedy = if camera.lens == Lens::Cube { "--cube-size" } else { "--size" };
+    let scattered = if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
+    let remedy = match camera.lens {
+        Lens::Cube => "--cube-size",
+        Lens::Spinning { .. } => "--pattern",
+        _ => "--size",
+    };
+    limit_memory(pixels * (PIXEL_BYTES + scattered + more), scene, remedy, common)
+}
+
+/// Stops when so many bytes, with the engine's own for the triangles, are more than there may be.
+pub(crate) fn limit_memory(bytes: u64, scene: &Scene, remedy: &str, common: &Common) -> Result<(), Error> {
+    let forecast = bytes + scene.triangles.len() as u64 * 6;
     let (limit, name) = match common.max_memory {
         Some(limit) => (limit, "--max-memory"),
         None => (available_bytes().unwrap_or(u64::MAX), "the memory that is left,"),
@@ -143,12 +136,12 @@ pub(crate) fn available_bytes() -> Option<u64> {
 }
 
 /// A bar over passes: on stderr, on a terminal, and only when there is more than one.
-pub(crate) fn progress(passes: u32, common: &Common) -> ProgressBar {
+pub(crate) fn progress(passes: u32, what: &str, common: &Common) -> ProgressBar {
     if common.quiet || passes <= 1 {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::new(u64::from(passes));
-    match ProgressStyle::with_template("{bar:40} {pos}/{len} samples, {eta} left") {
+    match ProgressStyle::with_template(&format!("{{bar:40}} {{pos}}/{{len}} {what}, {{eta}} left")) {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
     }
@@ -174,7 +167,7 @@ pub(crate) fn verify_scene(args: &VerifyArgs, common: &Common) -> Result<(), Err
     let mut times = Times::default();
     let scene = load_scene(&args.scene, common, &mut times)?;
     let camera = args.camera.camera(&scene)?;
-    if args.difference.is_some() && matches!(camera.lens, Lens::Equirect | Lens::Fisheye { .. }) {
+    if args.difference.is_some() && camera.lens.bends_lines() {
         let what = "--difference needs a lens with straight lines: pinhole, ortho or cube";
         return Err(Error::Usage(what.into()));
     }

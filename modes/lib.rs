@@ -29,6 +29,7 @@ pub use umbel_core::{
 mod builtin;
 mod camera;
 mod cornell;
+mod cube_lookup;
 #[cfg(feature = "obj")]
 mod ear_clip;
 mod error;
@@ -36,10 +37,15 @@ mod exr_file;
 mod flower;
 mod foliage;
 mod info;
+mod ktx2_file;
+mod lamps;
+mod light_map;
 mod load;
+mod map_compare;
 #[cfg(feature = "obj")]
 mod mtl;
 mod npy;
+mod npy_reader;
 #[cfg(feature = "obj")]
 mod obj;
 #[cfg(feature = "obj")]
@@ -47,13 +53,18 @@ mod obj_source;
 #[cfg(feature = "obj")]
 mod obj_text;
 mod output;
+mod pattern;
 mod png_file;
+mod point_cloud;
 mod primary;
 mod raster;
 mod scene;
 mod shade;
+mod shadow;
 mod sweep;
+mod tiles;
 mod verify;
+mod visible;
 
 pub use error::Error;
 
@@ -65,11 +76,22 @@ pub use scene::{Material, NO_INDEX, Object, Scene};
 
 pub use camera::{CUBE_FACES, Camera, Lens, Shot};
 pub use info::{Info, info};
-pub use primary::{Aov, AovData, VisibilityBuffer, preview, visibility};
+pub use pattern::{Pattern, read_pattern};
+pub use point_cloud::{SeenPoint, write_ply};
+pub use primary::{Aov, AovData, VisibilityBuffer, preview, preview_lit, visibility};
+
+pub use cube_lookup::CubeMap;
+pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil};
+pub use map_compare::{MapErrors, compare_maps};
+pub use shadow::{MaskCounts, Receivers, point_light, receivers, shadow_masks, sun_light};
+
 pub use verify::{Mark, Verification, verify, verify_buffer};
+pub use visible::{Visible, visible};
 
 pub use exr_file::{Channel, Samples, read_exr, write_exr};
+pub use ktx2_file::write_ktx2_cube;
 pub use npy::{Array, write_npy};
+pub use npy_reader::read_npy;
 pub use output::{WriteSeek, write_atomically};
 pub use png_file::{read_png_rgb8, srgb_encode, write_png_rgb8, write_png_rgba8};
 

@@ -5,7 +5,15 @@ mod cli;
 mod commands;
 mod parse;
 mod picture;
+mod picture_args;
+mod probe_args;
+mod probe_command;
 mod report;
+mod shadow_args;
+mod shadow_command;
+mod shadow_files;
+mod views;
+mod visible_command;
 
 use std::process::ExitCode;
 
@@ -32,6 +40,9 @@ fn run(cli: &Cli) -> Result<(), Error> {
     let pool = pool.map_err(|error| Error::Usage(format!("--threads {}: {error}", cli.common.threads)))?;
     pool.install(|| match &cli.command {
         Command::Render(args) => commands::render(args, &cli.common),
+        Command::Probe(args) => probe_command::probe(args, &cli.common),
+        Command::Visible(args) => visible_command::visible_triangles(args, &cli.common),
+        Command::Shadow(args) => shadow_command::shadow(args, &cli.common),
         Command::Verify(args) => commands::verify_scene(args, &cli.common),
         Command::Info(args) => commands::info_scene(args, &cli.common),
     })

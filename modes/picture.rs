@@ -1,48 +1,98 @@
 //! The files of a rendered picture: AOVs and the preview, as arrays, channels or something to look at.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use umbel::{
-    Aov, AovData, Array, Camera, Channel, Error, Lens, Samples, Scene, VisibilityBuffer, srgb_encode,
-    write_exr, write_npy, write_png_rgb8,
+    Aov, AovData, Array, Camera, Channel, Error, Lens, Origin, Samples, Scene, Shot, VisibilityBuffer,
+    srgb_encode, write_exr, write_npy, write_ply, write_png_rgb8,
 };
 
-use crate::cli::RenderArgs;
+use crate::picture_args::PictureArgs;
+
+/// Rays to follow, and the array of pixels that they make up.
+pub(crate) struct Sight {
+    pub(crate) shot: Shot,
+    /// The extents of the pixels, the slowest first: (H, W), or (6, N, N) for a cube.
+    pub(crate) shape: Vec<u32>,
+    /// `None` where the rays are no camera's: then there is no preview.
+    pub(crate) camera: Option<Camera>,
+}
+
+impl Sight {
+    /// How many pixels there are.
+    pub(crate) fn pixels(&self) -> usize {
+        self.shape.iter().map(|&extent| extent as usize).product()
+    }
+
+    /// What a camera sees through its pixel centres.
+    pub(crate) fn of_camera(camera: &Camera) -> Result<Self, Error> {
+        let (width, height) = (camera.width, camera.height);
+        let shape = if camera.lens == Lens::Cube { vec![6, width, width] } else { vec![height, width] };
+        Ok(Self { shot: camera.shot()?, shape, camera: Some(*camera) })
+    }
+}
+
+/// The files to write.
+pub(crate) struct Files<'a> {
+    pub(crate) args: &'a PictureArgs,
+    /// The file of the preview or of the points, checked.
+    pub(crate) output: Option<PathBuf>,
+    /// The lights of the preview.
+    pub(crate) lights: Vec<Origin>,
+}
 
 /// A rendered picture, from which files are made.
 pub(crate) struct Picture<'a> {
     pub(crate) scene: &'a Scene,
-    pub(crate) camera: &'a Camera,
+    /// The extents of the pixels, the slowest first.
+    pub(crate) shape: Vec<u32>,
     pub(crate) buffer: &'a VisibilityBuffer,
 }
 
 impl Picture<'_> {
-    /// Writes AOVs, then the preview, and hashes what was written.
+    /// Writes AOVs, then the preview or else the points, and hashes what was written.
     pub(crate) fn write(
         &self,
-        args: &RenderArgs,
-        output: Option<&Path>,
+        files: &Files<'_>,
         linear: Option<Vec<f32>>,
         hash: &mut blake3::Hasher,
     ) -> Result<(), Error> {
         let mut channels = Vec::new();
-        for (aov, file) in &args.aovs {
+        for (aov, file) in &files.args.aovs {
             let data = self.buffer.derive(*aov, self.scene)?;
             hash_data(hash, &data);
             match file {
-                Some(file) => write_npy(file, &self.shape(&data), array(&data))?,
+                Some(file) => write_npy(file, &self.shape_of(&data), array(&data))?,
                 None => channels.extend(exr_channels(*aov, data)),
             }
         }
-        let (Some(output), Some(linear)) = (output, linear) else {
+        let Some(output) = files.output.as_deref() else {
             return Ok(());
         };
-        let (width, rows) = (self.camera.width, self.camera.rows());
+        match linear {
+            Some(linear) => self.write_preview(output, linear, channels, hash),
+            None => {
+                let points = self.buffer.points(self.scene)?;
+                points.iter().for_each(|point| _ = hash.update(&point.to_le_bytes()));
+                write_ply(output, &points)
+            }
+        }
+    }
+
+    /// Writes the preview; an EXR has other channels as well.
+    fn write_preview(
+        &self,
+        output: &Path,
+        linear: Vec<f32>,
+        mut channels: Vec<Channel>,
+        hash: &mut blake3::Hasher,
+    ) -> Result<(), Error> {
+        let (width, rows) = self.extents();
         match extension(output).as_str() {
             "npy" => {
                 let data = AovData::F32(3, linear);
                 hash_data(hash, &data);
-                write_npy(output, &self.shape(&data), array(&data))
+                write_npy(output, &self.shape_of(&data), array(&data))
             }
             "exr" => {
                 let data = AovData::F32(3, linear);
@@ -58,11 +108,17 @@ impl Picture<'_> {
         }
     }
 
-    /// The shape of an NPY file: (H, W), with 6 in front for a cube and the numbers per pixel behind.
-    fn shape(&self, data: &AovData) -> Vec<usize> {
-        let (width, rows) = (self.camera.width as usize, self.camera.rows() as usize);
-        let mut shape =
-            if self.camera.lens == Lens::Cube { vec![6, width, width] } else { vec![rows, width] };
+    /// Pixels per row, and rows one below the other.
+    fn extents(&self) -> (u32, u32) {
+        match self.shape.split_last() {
+            Some((&width, slower)) => (width, slower.iter().product()),
+            None => (0, 0),
+        }
+    }
+
+    /// The shape of an NPY file: that of the pixels, with the numbers per pixel behind.
+    fn shape_of(&self, data: &AovData) -> Vec<usize> {
+        let mut shape: Vec<usize> = self.shape.iter().map(|&extent| extent as usize).collect();
         if let AovData::F32(numbers @ 2.., _) = data {
             shape.push(*numbers);
         }

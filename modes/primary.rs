@@ -6,10 +6,14 @@
 //! Based on: Christopher Burns and Warren Hunt, "The Visibility Buffer: A Cache-Friendly Approach to Deferred Shading",
 //! 2013.
 
+use glam::DVec3;
 use rayon::prelude::*;
-use umbel_core::{Frame, Hit, Hits, NO_TRIANGLE, Options, Ray, Stats, TileStats, Triangles, closest_hit};
+use umbel_core::{
+    Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Ray, Stats, TileStats, Triangles, closest_hit,
+};
 
 use crate::camera::{Camera, Lens, Shot};
+use crate::lamps::Lamps;
 use crate::shade::{Shader, background};
 use crate::{Error, Scene};
 
@@ -70,7 +74,7 @@ pub fn visibility(
     let triangles = scene.geometry()?;
     let mut frame = Frame::new();
     let stats = frame.closest_hit(&triangles, &shot.pencil, options)?;
-    Ok((VisibilityBuffer::new(camera, shot, frame), stats))
+    Ok((VisibilityBuffer::new(shot, camera.pixels(), frame), stats))
 }
 
 /// The linear preview, (r, g, b) per pixel: the mean of `samples` passes over sub-pixel positions.
@@ -85,19 +89,41 @@ pub fn preview(
     buffer: &VisibilityBuffer,
     samples: u32,
     options: &Options,
+    progress: impl FnMut(u32),
+) -> Result<Vec<f32>, Error> {
+    preview_lit(scene, camera, buffer, samples, &[], options, progress)
+}
+
+/// The preview with lights and their shadows, which are exact at every sample. See [`crate::receivers`].
+///
+/// # Errors
+/// When the camera, the scene or a light is refused.
+pub fn preview_lit(
+    scene: &Scene,
+    camera: &Camera,
+    buffer: &VisibilityBuffer,
+    samples: u32,
+    lights: &[Origin],
+    options: &Options,
     mut progress: impl FnMut(u32),
 ) -> Result<Vec<f32>, Error> {
     let triangles = scene.geometry()?;
     let shader = Shader::new(scene, &triangles);
+    let mut frame = Frame::keeping_order();
+    let mut shade = |seen: &VisibilityBuffer| {
+        let answer = (&seen.shot.pencil, &seen.hits);
+        let lamps = Lamps::new(lights, &triangles, answer, &mut frame, options)?;
+        Ok::<_, Error>(seen.shade(&shader, &lamps, camera))
+    };
     if samples <= 1 {
-        return Ok(buffer.shade(&shader, camera));
+        return shade(buffer);
     }
     let mut sum = vec![0.0; buffer.pixels * 3];
     for pass in 0..samples {
         let shot = camera.subpixel_shot(pass, samples)?;
         let (hits, _) = closest_hit(&triangles, &shot.pencil, options)?;
         let seen = VisibilityBuffer { shot, hits, tiles: Vec::new(), pixels: buffer.pixels };
-        let pixels = seen.shade(&shader, camera);
+        let pixels = shade(&seen)?;
         sum.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
         progress(pass + 1);
     }
@@ -107,10 +133,9 @@ pub fn preview(
 }
 
 impl VisibilityBuffer {
-    /// What a frame holds of a camera's shot.
+    /// What a frame holds of a shot that makes up `pixels` pixels.
     #[must_use]
-    pub fn new(camera: &Camera, shot: Shot, frame: Frame) -> Self {
-        let pixels = camera.width as usize * camera.rows() as usize;
+    pub fn new(shot: Shot, pixels: usize, frame: Frame) -> Self {
         let tiles = frame.tiles().to_vec();
         Self { shot, hits: frame.into_hits(), tiles, pixels }
     }
@@ -137,9 +162,7 @@ impl VisibilityBuffer {
             Aov::Id => AovData::U32(self.ids()),
             Aov::Depth => AovData::F32(1, self.ts()),
             Aov::Object => AovData::U32(self.objects(scene)),
-            Aov::Distance => {
-                self.derived([f32::INFINITY], |ray, hit| [(f64::from(hit.t) * ray.direction.length()) as f32])
-            }
+            Aov::Distance => self.derived([f32::INFINITY], |ray, hit| [distance(&triangles, ray, hit)]),
             Aov::Normal => {
                 self.derived([f32::NAN; 3], |_, hit| triangles.normal(hit.id).to_array().map(|x| x as f32))
             }
@@ -192,13 +215,13 @@ impl VisibilityBuffer {
     }
 
     /// The linear preview of one pass.
-    fn shade(&self, shader: &Shader<'_>, camera: &Camera) -> Vec<f32> {
+    fn shade(&self, shader: &Shader<'_>, lamps: &Lamps<'_>, camera: &Camera) -> Vec<f32> {
         let width = camera.width as usize;
         let (rows, up) = (camera.rows() as usize, camera.up.normalize_or_zero());
         let of_ray = |k: usize| {
             let ray = self.shot.pencil.ray(k);
             match self.hits.get(k) {
-                Some(hit) => shader.shade(&ray, &hit, camera.up),
+                Some(hit) => shader.shade((k, &ray), &hit, camera.up, lamps),
                 None if matches!(camera.lens, Lens::Pinhole { .. } | Lens::Ortho { .. }) => {
                     background((k / width) as f32 / rows as f32)
                 }
@@ -224,12 +247,28 @@ impl VisibilityBuffer {
     }
 }
 
-/// The point that a ray sees: the corners weighted, so that it lies on the triangle.
+/// The Euclidean distance from the start of a ray to what it sees, at most [`f32::MAX`]: +∞ is a miss.
+pub(crate) fn distance(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> f32 {
+    // At the ends of its range t is no longer a rounded distance.
+    let length = if hit.t.is_normal() && hit.t < f32::MAX {
+        f64::from(hit.t) * ray.direction.length()
+    } else {
+        (point(triangles, ray, hit) - ray.origin).length()
+    };
+    if length < f64::from(f32::MAX) { length as f32 } else { f32::MAX }
+}
+
+/// The point that a ray sees, rounded.
 fn position(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> [f32; 3] {
+    point(triangles, ray, hit).to_array().map(|x| x as f32)
+}
+
+/// The point that a ray sees: the corners weighted, so that it lies on the triangle.
+fn point(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> DVec3 {
     let weights = triangles.barycentrics(hit.id, ray);
     let corners = triangles.corners(hit.id);
-    [0, 1, 2].map(|k| {
+    DVec3::from_array([0, 1, 2].map(|k| {
         let weighted = |corner: usize| weights[corner] * f64::from(corners[corner][k]);
-        (weighted(0) + weighted(1) + weighted(2)) as f32
-    })
+        weighted(0) + weighted(1) + weighted(2)
+    }))
 }

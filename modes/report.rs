@@ -15,6 +15,10 @@ pub(crate) struct Times {
     pub(crate) load: f64,
     /// One per repeat.
     pub(crate) engine: Vec<f64>,
+    /// The camera's own rays, where those of the light are the engine's.
+    pub(crate) camera: f64,
+    /// From the camera's hits to the points that ask for light.
+    pub(crate) receivers: f64,
     pub(crate) shade: f64,
     pub(crate) write: f64,
 }
@@ -42,7 +46,16 @@ pub(crate) struct Report<'a> {
 impl Report<'_> {
     /// Writes the report.
     pub(crate) fn write(&self, path: &Path) -> Result<(), Error> {
-        let text = format!("{:#}\n", self.json());
+        self.write_with(path, Map::new())
+    }
+
+    /// Writes the report with what only this verb has to tell.
+    pub(crate) fn write_with(&self, path: &Path, mut more: Map<String, Value>) -> Result<(), Error> {
+        let mut report = self.json();
+        if let Some(fields) = report.as_object_mut() {
+            fields.append(&mut more);
+        }
+        let text = format!("{report:#}\n");
         write_atomically(path, |file| file.write_all(text.as_bytes()))
     }
 
@@ -65,6 +78,8 @@ impl Report<'_> {
             "ms": {
                 "load": self.times.load,
                 "engine": self.times.engine,
+                "camera": self.times.camera,
+                "receivers": self.times.receivers,
                 "shade": self.times.shade,
                 "write": self.times.write,
             },

@@ -1,7 +1,8 @@
-//! The look of the preview: a headlight and a sky, in linear light.
+//! The look of the preview: a headlight, a sky and the lights asked for, in linear light.
 //!
-//! L = albedo·(h·|n·v| + s·(1 + n·up)/2), h warm and s cool, with n the normal on the viewer's side, interpolated where the file has normals,
-//! and v the direction toward the viewer. It is meant to show shape, not to be physically right.
+//! L = albedo·(h·|n·v| + s·(1 + n·up)/2 + E), h warm and s cool, with n the normal on the viewer's side, interpolated where
+//! the file has normals, v the direction toward the viewer, and E what arrives from the lights (`lamps.rs`). Where there are
+//! any, the headlight is dimmed so that their shadows are dark. It is meant to show shape, not to be physically right.
 //!
 //! Based on: James Blinn, "Models of Light Reflection for Computer Synthesized Pictures", 1977 (hemisphere and headlight).
 
@@ -9,10 +10,13 @@ use glam::DVec3;
 use umbel_core::{Hit, Ray, Triangles};
 
 use crate::Scene;
+use crate::lamps::Lamps;
 use crate::scene::NO_INDEX;
 
 /// The light of the headlight: warm.
 const HEADLIGHT: [f64; 3] = [0.70, 0.66, 0.61];
+/// The part of the headlight that stays on beside other lights.
+const DIMMED: f64 = 0.2;
 /// The light of the whole sky: cool.
 const SKY: [f64; 3] = [0.26, 0.32, 0.39];
 /// The albedo of what has no material.
@@ -32,8 +36,14 @@ impl<'a> Shader<'a> {
         Self { scene, triangles }
     }
 
-    /// The linear colour of a hit.
-    pub(crate) fn shade(&self, ray: &Ray, hit: &Hit, up: DVec3) -> [f32; 3] {
+    /// The linear colour of the hit of ray `index`.
+    pub(crate) fn shade(
+        &self,
+        (index, ray): (usize, &Ray),
+        hit: &Hit,
+        up: DVec3,
+        lamps: &Lamps<'_>,
+    ) -> [f32; 3] {
         let viewer = -ray.direction.normalize_or_zero();
         let flat = self.triangles.normal(hit.id);
         let flat = if flat.dot(viewer) < 0.0 { -flat } else { flat };
@@ -43,8 +53,11 @@ impl<'a> Shader<'a> {
         let normal = if normal.dot(viewer) > 0.0 { normal } else { flat };
         let headlight = normal.dot(viewer).max(0.0);
         let sky = (1.0 + normal.dot(up.normalize_or_zero())) * 0.5;
+        let headlight = if lamps.is_empty() { headlight } else { headlight * DIMMED };
+        let point = ray.origin + ray.direction * f64::from(hit.t);
+        let lamps = lamps.light_at(index, point, normal);
         let albedo = self.albedo(hit.id.0);
-        [0, 1, 2].map(|k| albedo[k] * (HEADLIGHT[k] * headlight + SKY[k] * sky) as f32)
+        [0, 1, 2].map(|k| albedo[k] * (HEADLIGHT[k] * headlight + SKY[k] * sky + lamps[k]) as f32)
     }
 
     /// The diffuse colour of a triangle's material.

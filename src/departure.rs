@@ -57,6 +57,24 @@ impl Triangles<'_> {
         }
     }
 
+    /// The side of a triangle's plane that a point lies on, exactly; `None` for a point in the plane, and for a triangle
+    /// without area.
+    ///
+    /// The point is in the range of [`Ray::origin`].
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    #[must_use]
+    pub fn side_of(&self, id: TriangleId, point: DVec3) -> Option<Side> {
+        let Triangle { a, b, c } = self.triangle(id.0);
+        // orient3d is positive for points on the back.
+        match orientation(a, b, c, point) {
+            Sign::Positive => Some(Side::Back),
+            Sign::Negative => Some(Side::Front),
+            Sign::Zero => None,
+        }
+    }
+
     /// The ray that leaves a triangle at barycentric weights (of a, b, c; not negative, with sum 1): it starts at
     /// [`Triangles::leave`], and its t_min is 0. `None` as [`Triangles::side_toward`].
     ///

@@ -20,12 +20,14 @@ const DIRECTION_ERROR: f64 = 32.0 * f64::EPSILON;
 const U: f64 = f32::EPSILON as f64 / 2.0;
 
 /// The lenses with their formulas: the start and the direction of pixel (i, j).
-const LENSES: [Lens; 6] = [
+const LENSES: [Lens; 8] = [
     Lens::Pinhole { fov: 50.0 },
     Lens::Pinhole { fov: 170.0 },
     Lens::Ortho { height: 3.0 },
     Lens::Equirect,
     Lens::Fisheye { fov: 200.0 },
+    Lens::Spinning { elevations: [-24.9, 2.0] },
+    Lens::Spinning { elevations: [-90.0, 90.0] },
     Lens::Cube,
 ];
 
@@ -78,6 +80,11 @@ fn formula(camera: &Camera, pixel: usize) -> Option<(DVec3, DVec3)> {
             let (angle, around) = (distance * fov * PI / 360.0, y.atan2(x));
             let across = around.cos() * r + around.sin() * u;
             (camera.eye, angle.cos() * f + angle.sin() * across)
+        }
+        Lens::Spinning { elevations: [lower, upper] } => {
+            let (lambda, phi) = (x * PI, (upper - (upper - lower) * j / (h - 1.0)).to_radians());
+            let around = lambda.cos() * f + lambda.sin() * r;
+            (camera.eye, phi.cos() * around + phi.sin() * u)
         }
         Lens::Cube => (camera.eye, cube_formula(camera.width, pixel)),
     })

@@ -20,7 +20,7 @@ mod sides;
 use generators::meshes::{cube, is_closed, sphere, star, torus};
 use generators::{KINDS, Kind, Mesh, Random, widen};
 use umbel::glam::DVec3;
-use umbel::{Options, Segment, TriangleId, blocked};
+use umbel::{Options, Segment, Side, TriangleId, blocked};
 
 /// How many times as much as usual.
 fn times() -> usize {
@@ -220,5 +220,31 @@ fn lights_on_surfaces() {
         }
         let count = compare(&mesh, &segments);
         assert!(count > 50 && count < segments.len() - 50, "{count}");
+    }
+}
+
+/// The side of a plane that a light lies on: that of the oracle, also for points exactly in the plane.
+#[test]
+fn sides_of_points() {
+    let mut random = Random(15);
+    for kind in KINDS {
+        let mut count = [0; 3];
+        for _ in 0..40 * times() {
+            let mesh = generators::scene(&mut random, kind, 20);
+            let geometry = mesh.geometry();
+            for _ in 0..40 {
+                let id = random.below(mesh.triangles.len());
+                let point = end(&mut random, kind, &mesh);
+                let (side, expected) = match sides::side(mesh.corners(id), point) {
+                    1 => (0, Some(Side::Front)),
+                    -1 => (1, Some(Side::Back)),
+                    _ => (2, None),
+                };
+                count[side] += 1;
+                let got = geometry.side_of(TriangleId(id as u32), point);
+                assert_eq!(got, expected, "{point:?} {:?}", mesh.corners(id));
+            }
+        }
+        assert!(count.iter().all(|&n| n > 5), "{kind:?}: {count:?}");
     }
 }

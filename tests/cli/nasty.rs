@@ -83,6 +83,8 @@ fn try_text(text: &str) {
         try_file(text.as_bytes(), &format!("render a.obj --camera {lens} {size} -o a.png"));
     }
     try_file(text.as_bytes(), "verify a.obj --size 9x9");
+    try_file(text.as_bytes(), "visible a.obj --size 9x9 --objects");
+    try_file(text.as_bytes(), "probe a.obj --center 0.1,0,-0.2 --pattern rings=9,columns=9 -o a.ply");
     try_file(text.as_bytes(), "info a.obj");
     try_file(text.as_bytes(), "render a.obj --drop-non-finite --size 9x9 -o a.png");
 }

@@ -125,7 +125,7 @@ fn options_out_of_range() {
 
 #[test]
 fn input_that_cannot_be_read() {
-    for verb in ["render", "verify", "info"] {
+    for verb in ["render", "probe --center 0,0,0", "visible", "verify", "info"] {
         for (file, named) in [
             ("absent.obj", "absent.obj"),
             ("absent.xyz", "absent.xyz"),

@@ -26,7 +26,7 @@ fn a_report_has_its_fields() {
     assert_eq!(report["accuracy"], "exact");
     let engine = report["ms"]["engine"].as_array().expect("a list");
     assert_eq!(engine.len(), 3, "one time per repeat");
-    for stage in ["load", "shade", "write"] {
+    for stage in ["load", "camera", "receivers", "shade", "write"] {
         assert!(report["ms"][stage].as_f64().expect("milliseconds") >= 0.0);
     }
     assert!(report["engine_bytes"].as_u64().expect("bytes") > 0);

@@ -76,11 +76,23 @@ fn help_and_version() {
     assert_eq!(version.stdout, format!("umbel {}\n", env!("CARGO_PKG_VERSION")));
     let help = place.run("--help");
     assert_eq!((help.code, help.stderr.as_str()), (Some(0), ""));
-    for word in ["render", "verify", "info", "Exit codes", "--threads", "--report", "--max-memory"] {
+    for word in [
+        "render",
+        "probe",
+        "visible",
+        "verify",
+        "info",
+        "Exit codes",
+        "--threads",
+        "--report",
+        "--max-memory",
+    ] {
         assert!(help.stdout.contains(word), "{word}");
     }
     for (verb, words) in [
         ("render", ["--aov", "--samples", "--eye", "--cube-size", "builtin:umbel"]),
+        ("probe", ["--center", "--pattern", "--camera", "--aov", "equirect"]),
+        ("visible", ["--views", "--objects", "--output", "--eye", "--cube-size"]),
         ("verify", ["--difference", "--fov", "--up", "--height", "builtin:cornell"]),
         ("info", ["--json", "--quiet", "--verbose", "--color", "builtin:umbel"]),
     ] {

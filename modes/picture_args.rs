@@ -1,0 +1,113 @@
+//! The files of a picture on the command line: what is written, where to, and what cannot be meant.
+
+use std::collections::HashSet;
+use std::path::PathBuf;
+
+use clap::Args;
+use umbel::{Aov, Error};
+
+use crate::picture::extension;
+
+/// What is made of the rays.
+#[derive(Debug, Args)]
+pub(crate) struct PictureArgs {
+    /// PNG: shaded preview. EXR: preview and every AOV asked for. NPY: linear preview. PLY: the points that are seen. Default umbel.png
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// id, depth, distance, normal, position, bary, object or work (a heat map): NAME=FILE.npy, or NAME alone to add it to the EXR
+    #[arg(long = "aov", value_name = "NAME[=FILE.npy]", value_parser = parse_aov)]
+    pub(crate) aovs: Vec<(Aov, Option<PathBuf>)>,
+
+    /// Samples per pixel of the preview; AOVs are those of the pixel centre
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) samples: u32,
+}
+
+impl PictureArgs {
+    /// Whether `-o` is a point cloud, for which nothing is shaded.
+    pub(crate) fn is_point_cloud(&self) -> bool {
+        self.output.as_deref().is_some_and(|output| extension(output) == "ply")
+    }
+
+    /// Where the picture goes: `-o`, or umbel.png where nothing at all was asked for.
+    pub(crate) fn checked_output(&self) -> Result<Option<PathBuf>, Error> {
+        self.refuse_collisions()?;
+        let Some(output) = &self.output else {
+            self.refuse_nameless()?;
+            return Ok(self.aovs.is_empty().then(|| PathBuf::from("umbel.png")));
+        };
+        let format = extension(output);
+        if !["png", "exr", "npy", "ply"].contains(&format.as_str()) {
+            return Err(Error::Usage(format!("{}: -o takes .png, .exr, .npy or .ply", output.display())));
+        }
+        if format != "exr" && self.aovs.iter().any(|(_, file)| file.is_none()) {
+            return Err(Error::Usage(
+                "--aov NAME without a file adds it to an EXR: use -o FILE.exr, or --aov NAME=FILE.npy".into(),
+            ));
+        }
+        if self.samples > 1 && self.is_point_cloud() {
+            return Err(Error::Usage(
+                "--samples is for pictures; a .ply has the points of the pixel centres".into(),
+            ));
+        }
+        Ok(Some(output.clone()))
+    }
+
+    /// Refuses channels where there is no EXR to hold them.
+    fn refuse_nameless(&self) -> Result<(), Error> {
+        let nameless = self.aovs.iter().find(|(_, file)| file.is_none());
+        nameless.map_or(Ok(()), |(aov, _)| {
+            let name = name(*aov);
+            Err(Error::Usage(format!(
+                "--aov {name} without a file needs -o FILE.exr; or write --aov {name}=FILE.npy"
+            )))
+        })
+    }
+
+    /// Refuses two outputs under one name, and one channel given twice.
+    fn refuse_collisions(&self) -> Result<(), Error> {
+        let files = self.aovs.iter().filter_map(|(_, file)| file.as_ref()).chain(&self.output);
+        let mut seen = HashSet::new();
+        if let Some(file) = files.into_iter().find(|file| !seen.insert(*file)) {
+            return Err(Error::Usage(format!("{}: two outputs have this name", file.display())));
+        }
+        let mut channels = HashSet::new();
+        let twice = self.aovs.iter().find(|(aov, file)| file.is_none() && !channels.insert(*aov));
+        twice.map_or(Ok(()), |(aov, _)| Err(Error::Usage(format!("--aov {} is given twice", name(*aov)))))
+    }
+}
+
+/// The name of an AOV on the command line.
+fn name(aov: Aov) -> String {
+    format!("{aov:?}").to_ascii_lowercase()
+}
+
+/// "NAME" or "NAME=FILE.npy".
+fn parse_aov(text: &str) -> Result<(Aov, Option<PathBuf>), String> {
+    let (name, file) = match text.split_once('=') {
+        Some((name, file)) => (name, Some(file)),
+        None => (text, None),
+    };
+    let aov = match name {
+        "id" => Aov::Id,
+        "depth" => Aov::Depth,
+        "distance" => Aov::Distance,
+        "normal" => Aov::Normal,
+        "position" => Aov::Position,
+        "bary" => Aov::Bary,
+        "object" => Aov::Object,
+        "work" => Aov::Work,
+        _ => {
+            return Err(format!(
+                "{name} is none of id, depth, distance, normal, position, bary, object, work"
+            ));
+        }
+    };
+    match file {
+        Some(file) if !file.to_ascii_lowercase().ends_with(".npy") => {
+            Err(format!("{file}: an AOV is written as .npy"))
+        }
+        file => Ok((aov, file.map(PathBuf::from))),
+    }
+}

@@ -1,0 +1,320 @@
+//! `umbel shadow`: the maps that lights see, exact masks of pictures, and how far the two are apart.
+
+use serde_json::{Map, Value, json};
+use umbel::{
+    Camera, Error, Film, Frame, Hits, Lens, MapErrors, MaskCounts, NO_TRIANGLE, Origin, Pencil, Receivers,
+    Scene, Shot, Stats, Triangles, closest_hit, compare_maps, cube_map, cube_pencil, distances,
+    face_matrices, receivers, sun_pencil,
+};
+
+use crate::cli::Common;
+use crate::commands::{SCATTERED_BYTES, SHADOW_BYTES, limit_memory, load_scene, print, print_run, progress};
+use crate::report::{Report, Times, timed};
+use crate::shadow_args::ShadowArgs;
+use crate::shadow_files::{Content, Names, Writer, refuse_collisions};
+
+/// Bytes per texel of a map: the hit 8, the distance 4, a picture 12.
+const TEXEL_BYTES: u64 = 24;
+/// Bytes per pixel of a mask beside those of the query: the hit 8, the mask 4, bytes of the file 4.
+const PIXEL_BYTES: u64 = 16;
+
+/// The names of the faces.
+const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
+
+/// One run of the verb.
+struct Run<'a> {
+    args: &'a ShadowArgs,
+    common: &'a Common,
+    scene: &'a Scene,
+    triangles: Triangles<'a>,
+    lights: Vec<Origin>,
+    times: Times,
+    stats: Stats,
+    /// Texels of maps, and surfaces that are seen, once for each light.
+    rays: usize,
+    /// Those of them that were receivers.
+    asked: usize,
+    hash: blake3::Hasher,
+    /// What the report has beyond that of other verbs.
+    more: Map<String, Value>,
+}
+
+/// What a camera sees through one pass.
+struct Seen {
+    shot: Shot,
+    hits: Hits,
+    /// Those of each light.
+    receivers: Vec<Receivers>,
+}
+
+impl Seen {
+    /// How many rays see a surface.
+    fn surfaces(&self) -> usize {
+        self.hits.ids().iter().filter(|&&id| id != NO_TRIANGLE).count()
+    }
+}
+
+/// `umbel shadow`.
+pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
+    args.check()?;
+    let mut times = Times { engine: vec![0.0; common.repeat as usize], ..Times::default() };
+    let scene = load_scene(&args.scene, common, &mut times)?;
+    let lights = args.lights.shadow_lights(&scene)?;
+    let camera = args.camera.camera_beside_cube(&scene)?;
+    // A view that sees nothing is refused before anything is written.
+    Camera { width: 1, height: 1, ..camera }.shot()?;
+    let maps = args.output.as_ref().map(|path| {
+        let formats: &[&str] =
+            if is_sun(lights[0]) { &["npy", "exr", "png"] } else { &["npy", "exr", "ktx2", "png"] };
+        Names::new("-o", path, lights.len(), formats)
+    });
+    let masks = args.mask.as_ref().map(|path| Names::new("--mask", path, lights.len(), &["npy", "png"]));
+    let (maps, masks) = (maps.transpose()?, masks.transpose()?);
+    refuse_collisions(maps.iter().chain(&masks))?;
+    check_memory(args, &scene, &camera, &lights, common)?;
+
+    let triangles = scene.geometry()?;
+    let (stats, hash) = (Stats::default(), blake3::Hasher::new());
+    let more = Map::from_iter([("lights".to_owned(), lights.iter().copied().map(light_json).collect())]);
+    let mut run =
+        Run { args, common, scene: &scene, triangles, lights, times, stats, rays: 0, asked: 0, hash, more };
+    maps.map_or(Ok(()), |names| run.write_maps(&names))?;
+    masks.map_or(Ok(()), |names| run.write_masks(&names, &camera))?;
+    if let Some(sizes) = &args.compare {
+        run.compare(&sizes.0, &camera)?;
+    }
+    run.report()
+}
+
+impl Run<'_> {
+    /// Computes the light's maps and writes them.
+    fn write_maps(&mut self, names: &Names) -> Result<(), Error> {
+        let size = self.args.map_size();
+        let bounds = self.scene.bounds();
+        let pencil = |light: &Origin| match *light {
+            Origin::Point(point) => cube_pencil(point, size),
+            Origin::Infinity(direction) => sun_pencil(&bounds, -direction, size),
+        };
+        let pencils: Vec<Pencil> = self.lights.iter().map(pencil).collect::<Result<_, _>>()?;
+        let content = if is_sun(self.lights[0]) { Content::Square(size) } else { Content::Cube(size) };
+        self.more.insert("map".into(), map_json(size, &pencils));
+        let options = self.common.options();
+        let mut writer = Writer::new(names, content, &mut self.hash);
+        let mut frame = Frame::keeping_order();
+        for (repeat, milliseconds) in self.times.engine.iter_mut().enumerate() {
+            if !self.common.keep_order {
+                frame = Frame::keeping_order();
+            }
+            for pencil in &pencils {
+                let stats = timed(milliseconds, || frame.closest_hit(&self.triangles, pencil, &options))?;
+                if repeat + 1 < self.common.repeat as usize {
+                    continue;
+                }
+                self.stats = follow(self.stats, stats);
+                self.rays += pencil.len();
+                let values =
+                    timed(&mut self.times.shade, || distances(&self.triangles, pencil, frame.hits()));
+                timed(&mut self.times.write, || writer.put(values))?;
+            }
+        }
+        timed(&mut self.times.write, || writer.finish())
+    }
+
+    /// What the camera sees through pass `pass` of `passes`, and the receivers of each light in it.
+    fn seen(&mut self, camera: &Camera, pass: u32, passes: u32) -> Result<Seen, Error> {
+        let shot = camera.subpixel_shot(pass, passes)?;
+        let options = self.common.options();
+        let query = || closest_hit(&self.triangles, &shot.pencil, &options);
+        let (hits, _) = timed(&mut self.times.camera, query)?;
+        let leave = || receivers(&self.triangles, &shot.pencil, &hits, &self.lights);
+        let receivers = timed(&mut self.times.receivers, leave)?;
+        Ok(Seen { shot, hits, receivers })
+    }
+
+    /// Which receivers of each light are in shadow. `repeat` is that of the times.
+    fn shadowed(&mut self, seen: &Seen, frame: &mut Frame, repeat: usize) -> Result<Vec<Vec<bool>>, Error> {
+        let options = self.common.options();
+        let mut all = Vec::new();
+        for (&light, Receivers { points, .. }) in self.lights.iter().zip(&seen.receivers) {
+            let query = || frame.shadowed(&self.triangles, light, points, &options);
+            let (shadowed, stats) = timed(&mut self.times.engine[repeat], query)?;
+            if repeat + 1 == self.common.repeat as usize {
+                self.stats = follow(self.stats, stats);
+                self.rays += seen.surfaces();
+                self.asked += points.len();
+            }
+            all.push(shadowed);
+        }
+        Ok(all)
+    }
+
+    /// Computes the masks and writes them.
+    fn write_masks(&mut self, names: &Names, camera: &Camera) -> Result<(), Error> {
+        let samples = self.args.samples;
+        let mut counts = MaskCounts::new(camera, self.lights.len());
+        let mut frame = Frame::keeping_order();
+        let progress = progress(samples, "samples", self.common);
+        for pass in 0..samples {
+            let seen = self.seen(camera, pass, samples)?;
+            let mut shadowed = Vec::new();
+            for repeat in 0..self.common.repeat as usize {
+                if !self.common.keep_order {
+                    frame = Frame::keeping_order();
+                }
+                shadowed = self.shadowed(&seen, &mut frame, repeat)?;
+            }
+            counts.add_seen(&seen.shot, &seen.hits);
+            for (light, (receivers, shadowed)) in seen.receivers.iter().zip(&shadowed).enumerate() {
+                counts.add_lit(&seen.shot, light, receivers, shadowed);
+            }
+            progress.set_position(u64::from(pass) + 1);
+        }
+        progress.finish_and_clear();
+        let content = match camera.lens {
+            Lens::Cube => Content::CubeMask(camera.width),
+            _ => Content::Mask(camera.width, camera.height),
+        };
+        let mut writer = Writer::new(names, content, &mut self.hash);
+        for light in 0..self.lights.len() {
+            let mask = timed(&mut self.times.shade, || counts.mask(light));
+            timed(&mut self.times.write, || writer.put(mask))?;
+        }
+        timed(&mut self.times.write, || writer.finish())
+    }
+
+    /// Prints where cube maps differ from exact shadows.
+    fn compare(&mut self, sizes: &[u32], camera: &Camera) -> Result<(), Error> {
+        let seen = self.seen(camera, 0, 1)?;
+        let surfaces = seen.surfaces();
+        let (mut frame, options) = (Frame::keeping_order(), self.common.options());
+        let shadowed = self.shadowed(&seen, &mut frame, self.common.repeat as usize - 1)?;
+        let (mut rows, mut text) = (Vec::new(), String::new());
+        for (index, (&light, shadowed)) in self.lights.iter().zip(&shadowed).enumerate() {
+            let Origin::Point(point) = light else { continue };
+            let reached = shadowed.iter().filter(|&&shadowed| !shadowed).count();
+            text += &format!(
+                "light {index} at {point}: {surfaces} receivers, {reached} lit\n{:>10} {:>19} {:>19} {:>12} {:>12}\n",
+                "cube size", "acne", "leaks", "median bias", "largest bias"
+            );
+            for &size in sizes {
+                let (map, _) = cube_map(&self.triangles, point, size, &mut frame, &options)?;
+                let points = &seen.receivers[index].points;
+                let found = compare_maps(&self.triangles, &map, points, shadowed);
+                let (line, mut row) = comparison(size, surfaces, &found);
+                row["light"] = index.into();
+                text += &line;
+                rows.push(row);
+            }
+        }
+        self.more.insert("compare".into(), rows.into());
+        print(&text)
+    }
+
+    /// Says what was asked for: times and counters, and the report.
+    fn report(mut self) -> Result<(), Error> {
+        if self.common.verbose {
+            print_run(&self.times, &self.stats);
+        }
+        self.more.insert("asked".into(), self.asked.into());
+        let report = Report {
+            command: "shadow",
+            scene: self.scene,
+            rays: self.rays,
+            options: self.common.options(),
+            times: &self.times,
+            stats: self.stats,
+            hash: self.hash.finalize(),
+        };
+        self.common.report.as_deref().map_or(Ok(()), |path| report.write_with(path, self.more))
+    }
+}
+
+/// A line of the table, and the same for the report. Parts are those of all surfaces that are seen.
+fn comparison(size: u32, surfaces: usize, found: &MapErrors) -> (String, Value) {
+    let part = |count: usize| {
+        let percent = 100.0 * count as f64 / surfaces.max(1) as f64;
+        format!("{count} {:>9}", format!("{percent:.4} %"))
+    };
+    let line = format!(
+        "{size:>10} {:>19} {:>19} {:>12.4} {:>12.4}\n",
+        part(found.acne),
+        part(found.leaks),
+        found.median_bias,
+        found.greatest_bias
+    );
+    let value = json!({
+        "cube_size": size,
+        "receivers": surfaces,
+        "asked": found.receivers,
+        "acne": found.acne,
+        "leaks": found.leaks,
+        "median_bias": found.median_bias,
+        "greatest_bias": found.greatest_bias,
+    });
+    (line, value)
+}
+
+/// Whether a light is at infinity.
+fn is_sun(light: Origin) -> bool {
+    matches!(light, Origin::Infinity(_))
+}
+
+/// The counters of a query after another: buffers are used again, so their bytes do not add up.
+fn follow(first: Stats, second: Stats) -> Stats {
+    let engine_bytes = first.engine_bytes.max(second.engine_bytes);
+    Stats { engine_bytes, ..first.plus(second) }
+}
+
+/// A light in the report.
+fn light_json(light: Origin) -> Value {
+    match light {
+        Origin::Point(point) => json!({ "point": point.to_array() }),
+        Origin::Infinity(direction) => json!({ "toward": (-direction).to_array() }),
+    }
+}
+
+/// How texels of the maps become rays.
+fn map_json(size: u32, pencils: &[Pencil]) -> Value {
+    let film = |pencil: &Pencil| match (pencil.origin(), pencil.films().first()) {
+        (Origin::Infinity(direction), Some(Film::Grid(film))) => {
+            let [forward, right, up] = film.span().map(|v| v.to_array());
+            Some(json!({ "direction": direction.to_array(), "forward": forward, "right": right, "up": up }))
+        }
+        _ => None,
+    };
+    let films: Vec<Value> = pencils.iter().filter_map(film).collect();
+    if !films.is_empty() {
+        return json!({ "size": size, "films": films });
+    }
+    let faces = FACES.iter().zip(face_matrices());
+    let faces: Vec<Value> = faces.map(|(name, matrix)| json!({ "name": name, "matrix": matrix })).collect();
+    json!({ "size": size, "faces": faces })
+}
+
+/// Stops before the start when too much memory would be needed.
+fn check_memory(
+    args: &ShadowArgs,
+    scene: &Scene,
+    camera: &Camera,
+    lights: &[Origin],
+    common: &Common,
+) -> Result<(), Error> {
+    let square = |size: u32| u64::from(size) * u64::from(size);
+    let count = lights.len() as u64;
+    let faces = if is_sun(lights[0]) { 1 } else { 6 };
+    let maps =
+        args.output.as_ref().map_or(0, |_| square(args.map_size()) * faces * (TEXEL_BYTES + 4 * count));
+    let picture = args.mask.is_some() || args.compare.is_some();
+    let scattered = if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
+    let pixel = PIXEL_BYTES + (SHADOW_BYTES + 6) * count + scattered;
+    let pixels = u64::from(camera.width) * u64::from(camera.rows());
+    let masks = if picture { pixels * pixel } else { 0 };
+    let compared = args.compare.iter().flat_map(|sizes| &sizes.0).map(|&size| square(size) * 6 * TEXEL_BYTES);
+    let largest = maps.max(masks + compared.max().unwrap_or(0));
+    let remedy = match (maps >= masks, is_sun(lights[0])) {
+        (false, _) => "--size",
+        (true, true) => "--map-size",
+        (true, false) => "--cube-size",
+    };
+    limit_memory(largest, scene, remedy, common)
+}
