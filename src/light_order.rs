@@ -5,8 +5,9 @@
 //! over what a sample of the receivers covers on each face; what lies outside counts for the cells at the border. f32 is fine
 //! enough: the order changes time only.
 //!
-//! In the order of a picture's tiles instead, a cluster spans whatever lies side by side in the picture: 2.5 times the
-//! instructions on chess and koala, and a quarter more where one surface fills a tile (mines).
+//! Ordering takes a fifth to a third of a query. In the order of a picture's tiles instead, a cluster spans whatever lies
+//! side by side in the picture: 51 % more instructions on chess and 21 % on koala; 2 % fewer on sponza and 10 % on mines,
+//! where one surface fills many a tile. The areas that clusters cover did not tell these scenes apart.
 //!
 //! Based on: Guy Morton, "A Computer Oriented Geodetic Data Base", 1966; Gregory Johnson et al., "The Irregular Z-Buffer",
 //! 2005 (points sorted in the light's space).
@@ -69,11 +70,14 @@ impl<'a> LightGrid<'a> {
     /// The cells of eight receivers on one axis of their faces.
     #[inline(always)]
     fn cells<S: Simd>(&self, simd: S, axis: usize, at: Narrow<S>, faces: &[u32; LANES]) -> u32x8<S> {
-        let (mut lo, mut per_unit) = ([0.0; LANES], [0.0; LANES]);
-        for (lane, &face) in faces.iter().enumerate() {
-            [lo[lane], per_unit[lane]] = self.cells[face as usize % FACES][axis];
+        let of_first = self.cells[faces[0] as usize % FACES][axis];
+        let (mut lo, mut per_unit) =
+            (Narrow::simd_from(simd, of_first[0]), Narrow::simd_from(simd, of_first[1]));
+        if faces.iter().any(|face| *face != faces[0]) {
+            let of_lanes = faces.map(|face| self.cells[face as usize % FACES][axis]);
+            lo = Narrow::load_array(simd, of_lanes.map(|[lo, _]| lo));
+            per_unit = Narrow::load_array(simd, of_lanes.map(|[_, per_unit]| per_unit));
         }
-        let (lo, per_unit) = (Narrow::load_array(simd, lo), Narrow::load_array(simd, per_unit));
         let last = Narrow::simd_from(simd, ((1 << AXIS_BITS) - 1) as f32);
         u32x8::truncate_from(((at - lo) * per_unit).max(0.0).min(last))
     }
