@@ -34,6 +34,9 @@ const BLOCK_CELLS: usize = (BLOCK_SIDE / CELL_SIDE) as usize;
 /// Where cells begin, and where the last one ends.
 const FIRSTS: usize = CELLS * CELLS + 1;
 
+/// In a rectangle of more cells, bounds of cells tell hardly more than those of blocks.
+const FEW_CELLS: usize = 9;
+
 /// Bounds of blocks are brought up to date once this part of the points has been found in shadow since.
 const REFRESH: usize = 8;
 
@@ -65,6 +68,8 @@ pub(crate) struct Cells<'a> {
     /// Where each cell begins; one more ends the last.
     first: [u16; FIRSTS],
     blocks: HierarchicalZ,
+    /// Per cell, a lower bound of its points' keys.
+    far: [f32; CELLS * CELLS],
     /// Points that were found in shadow since the blocks were brought up to date.
     settled: usize,
 }
@@ -82,6 +87,7 @@ impl<'a> Cells<'a> {
             count: 0,
             first: [0; FIRSTS],
             blocks: HierarchicalZ::new(),
+            far: [f32::NEG_INFINITY; CELLS * CELLS],
             settled: 0,
         }
     }
@@ -130,6 +136,7 @@ impl<'a> Cells<'a> {
         self.hi[self.count..end].fill(f32::INFINITY);
         // The bounds of blocks are yet to be found.
         (self.blocks, self.settled) = (HierarchicalZ::new(), self.count);
+        self.far.fill(f32::NEG_INFINITY);
     }
 
     /// The receivers in shadow.
@@ -227,6 +234,13 @@ impl<S: Simd> Functions<S> {
     }
 }
 
+/// The number of the cell in a column and a row of cells: by blocks, see [`cells_of`].
+#[inline(always)]
+fn cell_at(column: usize, row: usize) -> usize {
+    let within = BLOCK_CELLS - 1;
+    ((row >> 2) << 7 | (column >> 2) << 4 | (row & within) << 2 | (column & within)) % (CELLS * CELLS)
+}
+
 /// Columns and rows of eight receivers.
 #[inline(always)]
 fn places_of<S: Simd>(simd: S, seen: &Sightings, first: usize, to_tile: &ToTile) -> [Narrow<S>; 2] {
@@ -275,6 +289,25 @@ impl LeafDepth for Cells<'_> {
     }
 
     #[inline(always)]
+    fn hides_closely(&self, rect: Rect, key: f32) -> bool {
+        let [columns, rows] = [rect.x0..rect.x1, rect.y0..rect.y1].map(|places| {
+            // In range: a tile has 32 cells along each side.
+            (places.start / CELL_SIDE) as usize..((places.end - 1) / CELL_SIDE) as usize + 1
+        });
+        if columns.len() * rows.len() > FEW_CELLS {
+            return false;
+        }
+        for row in rows {
+            for column in columns.clone() {
+                if key >= self.far[cell_at(column, row)] {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    #[inline(always)]
     fn refresh<S: Simd>(&mut self, simd: S) {
         if self.settled * REFRESH < self.count || self.count == 0 {
             return;
@@ -282,10 +315,18 @@ impl LeafDepth for Cells<'_> {
         self.settled = 0;
         for by in bits(self.blocks.take_stale()) {
             for bx in 0..TILE_BLOCKS as usize {
-                let points = &self.lo[self.block(by * TILE_BLOCKS as usize + bx)];
-                let least =
-                    points.iter().fold(f32::INFINITY, |least, &lo| if lo < least { lo } else { least });
-                self.blocks.set(bx, by, least);
+                let first = (by * TILE_BLOCKS as usize + bx) * BLOCK_CELLS * BLOCK_CELLS;
+                let mut of_block = f32::INFINITY;
+                for cell in first..first + BLOCK_CELLS * BLOCK_CELLS {
+                    let points = usize::from(self.first[cell])..usize::from(self.first[cell + 1]);
+                    let mut least = f32::INFINITY;
+                    for &lo in &self.lo[points] {
+                        least = if lo < least { lo } else { least };
+                    }
+                    self.far[cell] = least;
+                    of_block = if least < of_block { least } else { of_block };
+                }
+                self.blocks.set(bx, by, of_block);
             }
         }
         self.blocks.sum_up(simd);

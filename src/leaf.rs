@@ -52,6 +52,11 @@ pub(crate) trait LeafDepth: Sized {
     /// The farthest of blocks of rays.
     fn blocks(&self) -> &HierarchicalZ;
 
+    /// Whether something in a small rectangle whose keys are at most `key` is hidden: closer than blocks can tell.
+    fn hides_closely(&self, _rect: Rect, _key: f32) -> bool {
+        false
+    }
+
     /// Brings it up to date.
     fn refresh<S: Simd>(&mut self, simd: S);
 
@@ -187,7 +192,8 @@ impl<'a, D: LeafDepth> Tile<'a, D> {
         let irregular = self.work.footprints.irregular(run);
         for lane in bits(self.work.footprints.meeting(simd, pixels, run, self.rect)) {
             let (rect, greatest) = self.work.footprints.within(pixels, (run, lane), self.rect);
-            if self.work.depth.blocks().hides_in_rect(simd, rect, greatest) {
+            let depth = &self.work.depth;
+            if depth.blocks().hides_in_rect(simd, rect, greatest) || depth.hides_closely(rect, greatest) {
                 continue;
             }
             let waiting = &mut self.work.waiting;
