@@ -12,7 +12,7 @@ use std::ptr;
 use std::rc::Rc;
 
 use crate::Result;
-use crate::answer::{Answer, MISS};
+use crate::answer::{Hits, MISS};
 use crate::gl_api::*;
 use crate::gl_context::Context;
 
@@ -174,7 +174,7 @@ impl Raster {
     }
 
     /// Copies ids and distances of all pixels.
-    pub(crate) fn read(&self, answer: &mut Answer) -> Result<()> {
+    pub(crate) fn read(&self, answer: &mut Hits) -> Result<()> {
         let gl = self.context.gl();
         let pixels = self.size[0] as usize * self.size[1] as usize;
         if [answer.ids.len(), answer.ts.len()] != [pixels; 2] {

@@ -9,11 +9,12 @@ use umbel::glam::{DMat3, DVec3};
 use umbel::{Film, GridFilm};
 
 use crate::Result;
-use crate::answer::Answer;
-use crate::engine::{Engine, Times, timed};
+use crate::answer::Hits;
+use crate::engine::{Engine, Times, Variant, timed};
 use crate::gl_context::Context;
 use crate::gl_raster::{Projection, Raster};
-use crate::subject::Subject;
+use crate::picture::Picture;
+use crate::subject::Model;
 
 /// The near plane in parts of the farthest corner of the scene's box, where the eye is in the box.
 const NEAR: f64 = 1.0 / 16384.0;
@@ -29,19 +30,19 @@ pub(crate) struct Llvmpipe {
     reads_back: bool,
 }
 
-/// Prepares the variants that are wanted.
+/// Prepares the variants that are wanted; none for more than one film.
 pub(crate) fn variants(
     context: &Rc<Context>,
-    subject: &Subject,
+    picture: &Picture,
     wanted: impl Fn(&str) -> bool,
-) -> Result<Vec<Box<dyn Engine>>> {
-    let [Film::Grid(film)] = subject.pencil.films() else {
-        return Err("only pinhole cameras are rasterized".into());
+) -> Result<Vec<Box<dyn Engine<Picture>>>> {
+    let [Film::Grid(film)] = picture.pencil.films() else {
+        return Ok(Vec::new());
     };
-    let projection = projection(subject, film)?;
-    let size = [subject.rays.width, subject.rays.height];
-    let (vertices, triangles) = (subject.positions.len(), subject.triangles.len());
-    let mut engines: Vec<Box<dyn Engine>> = Vec::new();
+    let projection = projection(picture, film)?;
+    let size = [film.width() as usize, film.height() as usize];
+    let (vertices, triangles) = (picture.model.positions.len(), picture.model.triangles.len());
+    let mut engines: Vec<Box<dyn Engine<Picture>>> = Vec::new();
     for (name, reads_back) in NAMES.into_iter().zip([false, true]) {
         if wanted(name) {
             let raster = Raster::new(context, size, vertices, triangles, &projection)?;
@@ -51,13 +52,16 @@ pub(crate) fn variants(
     Ok(engines)
 }
 
-impl Engine for Llvmpipe {
+impl Variant for Llvmpipe {
     fn name(&self) -> &str {
         self.name
     }
+}
 
-    fn run(&mut self, subject: &Subject, answer: &mut Answer) -> Result<Times> {
-        let (build, uploaded) = timed(|| self.raster.upload(&subject.positions, &subject.triangles));
+impl Engine<Picture> for Llvmpipe {
+    fn run(&mut self, picture: &Picture, answer: &mut Hits) -> Result<Times> {
+        let (build, uploaded) =
+            timed(|| self.raster.upload(&picture.model.positions, &picture.model.triangles));
         uploaded?;
         let (draw, drawn) = timed(|| self.raster.draw());
         drawn?;
@@ -68,7 +72,7 @@ impl Engine for Llvmpipe {
 }
 
 /// The camera of the film. The near plane lies half way to the scene's box, or close to an eye within it.
-fn projection(subject: &Subject, film: &GridFilm) -> Result<Projection> {
+fn projection(picture: &Picture, film: &GridFilm) -> Result<Projection> {
     let [forward, right, up] = film.span();
     let rays = DMat3::from_cols(forward, right, up);
     if rays.determinant() == 0.0 {
@@ -76,12 +80,12 @@ fn projection(subject: &Subject, film: &GridFilm) -> Result<Projection> {
     }
     // v = M (w, wX, wY): the rows of the inverse give w, wX and wY.
     let inverse = rays.inverse().transpose();
-    let eye = DVec3::from_array(subject.rays.origin.map(f64::from));
-    let (nearest, farthest) = extent(subject, eye, inverse.x_axis);
+    let eye = DVec3::from_array(picture.rays.origin.map(f64::from));
+    let (nearest, farthest) = extent(&picture.model, eye, inverse.x_axis);
     let near = (nearest / 2.0).max(farthest * NEAR);
     let row = |row: DVec3| row.as_vec3().to_array();
     Ok(Projection {
-        eye: subject.rays.origin,
+        eye: picture.rays.origin,
         to_x: row(inverse.y_axis / f64::from(film.width())),
         to_y: row(-inverse.z_axis / f64::from(film.height())),
         to_w: row(inverse.x_axis),
@@ -90,8 +94,8 @@ fn projection(subject: &Subject, film: &GridFilm) -> Result<Projection> {
 }
 
 /// The least and the greatest w of the corners of the scene's box.
-fn extent(subject: &Subject, eye: DVec3, to_w: DVec3) -> (f64, f64) {
-    let corners = subject.triangles.iter().flatten().map(|&v| subject.positions[v as usize]);
+fn extent(model: &Model, eye: DVec3, to_w: DVec3) -> (f64, f64) {
+    let corners = model.triangles.iter().flatten().map(|&v| model.positions[v as usize]);
     let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (low, high) = corners.fold(empty, |(low, high), corner| {
         let corner = DVec3::from_array(corner.map(f64::from));
