@@ -81,3 +81,29 @@ impl Subject for Shadow {
         engines.for_shadows(self, wanted)
     }
 }
+
+#[cfg(all(test, feature = "obvhs"))]
+mod tests {
+    use super::*;
+    use crate::answer::Answer;
+    use crate::umbel_engine::Umbel;
+    use umbel::{Lens, builtin};
+
+    /// A box in a room throws a shadow, and two engines see nearly the same one.
+    #[test]
+    fn engines_agree_about_a_room() {
+        let scene = builtin("cornell").expect("a scene");
+        let (eye, target) = (DVec3::new(278.0, 273.0, -800.0), DVec3::new(278.0, 273.0, 0.0));
+        let lens = Lens::Pinhole { fov: 39.3 };
+        let camera = Camera { eye, target, up: DVec3::Y, lens, width: 101, height: 67 };
+        let shadow = Shadow::new("room", &scene, camera, [278.0, 540.0, 279.5]).expect("a subject");
+        let mut umbel = shadow.blank();
+        Umbel::from_scratch().run(&shadow, &mut umbel).expect("shadows");
+        assert!(umbel.0.contains(&true) && umbel.0.contains(&false));
+        for mut engine in crate::obvhs_engine::variants(&shadow, |_| true) {
+            let mut other = shadow.blank();
+            engine.run(&shadow, &mut other).expect("shadows");
+            assert!(umbel.agreement(&other)[0].of_all > 0.999, "{}", engine.name());
+        }
+    }
+}

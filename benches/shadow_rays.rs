@@ -5,6 +5,9 @@
 //!
 //! A ray ends at [`EPSILON`] of its length before the point, lest it hit the surface that the point lies on.
 //!
+//! Tried with Embree on koala and sponza: rays from the point to the light, and packets that are filled up across blocks.
+//! Neither was faster by more than the noise; rays from the point were up to 10 % slower on sponza.
+//!
 //! Based on: Matt Pharr, Wenzel Jakob, Greg Humphreys, "Physically Based Rendering" (shadow rays go 1 − 0.0001 of the way).
 
 use rayon::prelude::*;
