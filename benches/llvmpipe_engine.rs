@@ -1,6 +1,6 @@
 //! Mesa's llvmpipe as an engine: the rasterizer that renders OpenGL where there is no GPU.
 //!
-//! `build` is the upload of positions and indices; `trace` is clearing, one indexed draw and waiting for its end. The variant
+//! `build` is the upload of positions and indices; `trace` is clearing, one indexed draw for each film and waiting for the end. The variant
 //! `readback` counts copying ids and distances out of the frame buffer as well.
 
 use std::rc::Rc;
@@ -12,7 +12,7 @@ use crate::Result;
 use crate::answer::Hits;
 use crate::engine::{Engine, Times, Variant, timed};
 use crate::gl_context::Context;
-use crate::gl_raster::{Projection, Raster};
+use crate::gl_raster::{Projection, Raster, View};
 use crate::picture::Picture;
 use crate::subject::Model;
 
@@ -30,22 +30,24 @@ pub(crate) struct Llvmpipe {
     reads_back: bool,
 }
 
-/// Prepares the variants that are wanted; none for more than one film.
+/// Prepares the variants that are wanted.
 pub(crate) fn variants(
     context: &Rc<Context>,
     picture: &Picture,
     wanted: impl Fn(&str) -> bool,
 ) -> Result<Vec<Box<dyn Engine<Picture>>>> {
-    let [Film::Grid(film)] = picture.pencil.films() else {
-        return Ok(Vec::new());
+    let view = |film: &Film| match film {
+        Film::Grid(film) => {
+            Ok(View { projection: projection(picture, film)?, size: [film.width(), film.height()] })
+        }
+        Film::Scattered(_) => Err("only films with straight rows are rasterized".into()),
     };
-    let projection = projection(picture, film)?;
-    let size = [film.width() as usize, film.height() as usize];
+    let views: Vec<View> = picture.pencil.films().iter().map(view).collect::<Result<_>>()?;
     let (vertices, triangles) = (picture.model.positions.len(), picture.model.triangles.len());
     let mut engines: Vec<Box<dyn Engine<Picture>>> = Vec::new();
     for (name, reads_back) in NAMES.into_iter().zip([false, true]) {
         if wanted(name) {
-            let raster = Raster::new(context, size, vertices, triangles, &projection)?;
+            let raster = Raster::new(context, &views, vertices, triangles)?;
             engines.push(Box::new(Llvmpipe { name, raster, reads_back }));
         }
     }
