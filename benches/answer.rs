@@ -1,4 +1,4 @@
-//! What an engine finds, and how two answers are compared.
+//! What engines find, and how two answers are compared.
 
 /// The id that stands for a miss, as umbel has it.
 pub(crate) const MISS: u32 = umbel::NO_TRIANGLE;
@@ -6,37 +6,70 @@ pub(crate) const MISS: u32 = umbel::NO_TRIANGLE;
 /// Two distances agree within this part of umbel's.
 const T_TOLERANCE: f64 = 1e-4;
 
+/// What an engine finds for all rays of a subject.
+pub(crate) trait Answer: Clone {
+    /// How far another answer agrees with this one, which is umbel's. Without rays, all agree.
+    fn agreement(&self, other: &Self) -> Vec<Share>;
+}
+
+/// A share of the rays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Share {
+    /// In tables, in percent.
+    pub(crate) heading: &'static str,
+    /// In JSON.
+    pub(crate) key: &'static str,
+    /// From 0 to 1.
+    pub(crate) of_all: f64,
+}
+
+impl Share {
+    /// The share of the pairs that are equal.
+    fn new<T>(
+        [heading, key]: [&'static str; 2],
+        pairs: (&[T], &[T]),
+        equal: impl Fn(&T, &T) -> bool,
+    ) -> Self {
+        let count = pairs.0.iter().zip(pairs.1).filter(|(umbel, other)| equal(umbel, other)).count();
+        let of_all = if pairs.0.is_empty() { 1.0 } else { count as f64 / pairs.0.len() as f64 };
+        Self { heading, key, of_all }
+    }
+}
+
 /// An id and a distance per ray: [`MISS`] and +∞ where nothing is hit.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Answer {
+pub(crate) struct Hits {
     pub(crate) ids: Vec<u32>,
     /// In units of the ray's direction.
     pub(crate) ts: Vec<f32>,
 }
 
-impl Answer {
+impl Hits {
     /// Misses only.
     pub(crate) fn missed(rays: usize) -> Self {
         Self { ids: vec![MISS; rays], ts: vec![f32::INFINITY; rays] }
     }
 }
 
-/// How far an answer agrees with umbel's.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Agreement {
-    /// Rays with the same id, from 0 to 1. Where surfaces coincide, several ids are right.
-    pub(crate) ids_equal: f64,
-    /// Rays that both miss, or both hit at the same t within 1e-4 of it.
-    pub(crate) ts_equal: f64,
+impl Answer for Hits {
+    /// Rays with the same id: where surfaces coincide, several are right. Rays that both miss, or both hit at the same t
+    /// within 1e-4 of it.
+    fn agreement(&self, other: &Self) -> Vec<Share> {
+        let ids = Share::new(["ids eq %", "ids_equal"], (&self.ids, &other.ids), u32::eq);
+        let ts = Share::new(["t eq %", "ts_equal"], (&self.ts, &other.ts), |&umbel, &other| {
+            same_distance(umbel, other)
+        });
+        vec![ids, ts]
+    }
 }
 
-impl Agreement {
-    /// Compares ray by ray. Without rays, all agree.
-    pub(crate) fn of(umbel: &Answer, other: &Answer) -> Self {
-        let share = |count: usize| count as f64 / umbel.ids.len().max(1) as f64;
-        let ids = umbel.ids.iter().zip(&other.ids).filter(|(a, b)| a == b).count();
-        let ts = umbel.ts.iter().zip(&other.ts).filter(|&(&a, &b)| same_distance(a, b)).count();
-        Self { ids_equal: share(ids), ts_equal: share(ts) }
+/// Whether each receiver is in shadow.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Blocked(pub(crate) Vec<bool>);
+
+impl Answer for Blocked {
+    fn agreement(&self, other: &Self) -> Vec<Share> {
+        vec![Share::new(["flags eq %", "flags_equal"], (&self.0, &other.0), bool::eq)]
     }
 }
 
@@ -52,9 +85,14 @@ mod tests {
 
     #[test]
     fn agreement_counts_ids_and_distances_apart() {
-        let umbel = Answer { ids: vec![0, 1, MISS, MISS], ts: vec![1.0, 2.0, f32::INFINITY, f32::INFINITY] };
-        let other = Answer { ids: vec![7, 1, MISS, 3], ts: vec![1.00001, 2.1, f32::INFINITY, 5.0] };
-        let agreement = Agreement::of(&umbel, &other);
-        assert_eq!(agreement, Agreement { ids_equal: 0.5, ts_equal: 0.5 });
+        let umbel = Hits { ids: vec![0, 1, MISS, MISS], ts: vec![1.0, 2.0, f32::INFINITY, f32::INFINITY] };
+        let other = Hits { ids: vec![7, 1, MISS, 3], ts: vec![1.00001, 2.1, f32::INFINITY, 5.0] };
+        let shares = umbel.agreement(&other);
+        assert_eq!(shares.iter().map(|share| share.of_all).collect::<Vec<_>>(), [0.5, 0.5]);
+    }
+
+    #[test]
+    fn without_rays_all_agree() {
+        assert_eq!(Blocked(Vec::new()).agreement(&Blocked(Vec::new()))[0].of_all, 1.0);
     }
 }

@@ -31,24 +31,25 @@ pub(crate) struct Common {
 pub(crate) enum Command {
     /// Time what a pinhole camera sees: ids and t of one ray per pixel
     Primary(PrimaryArgs),
+    /// Time what a point light sees: ids and t on the six faces of a cube
+    Cube(CubeArgs),
+    /// Time exact shadows: which of the points that a pinhole camera sees does a point light not see
+    Shadow(ShadowArgs),
     /// Count the rays that escape from a closed sphere
     Leaks(LeaksArgs),
     /// Time umbel for hard subjects with more and more triangles
     Cliffs(CliffsArgs),
 }
 
+/// Options of the commands that compare engines.
 #[derive(Debug, Args)]
-pub(crate) struct PrimaryArgs {
+pub(crate) struct ComparisonArgs {
     /// Names in scenes.json, files, or builtin:NAME. Default: all of scenes.json, or builtin:umbel
     pub(crate) scenes: Vec<String>,
 
-    /// A folder with scenes.json, which names files and cameras
+    /// A folder with scenes.json, which names files, cameras and lights
     #[arg(long = "scenes", value_name = "DIR")]
     pub(crate) folder: Option<PathBuf>,
-
-    /// Pixels; may be given more than once
-    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "1920x1080")]
-    pub(crate) size: Vec<(u32, u32)>,
 
     /// Rounds that count; one more goes before them
     #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
@@ -65,6 +66,44 @@ pub(crate) struct PrimaryArgs {
     /// Draw the medians
     #[arg(long, value_name = "FILE.svg")]
     pub(crate) plot: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PrimaryArgs {
+    #[command(flatten)]
+    pub(crate) compared: ComparisonArgs,
+
+    /// Pixels; may be given more than once
+    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "1920x1080")]
+    pub(crate) size: Vec<(u32, u32)>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CubeArgs {
+    #[command(flatten)]
+    pub(crate) compared: ComparisonArgs,
+
+    /// Pixels along the side of a face; may be given more than once
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16384), default_value = "1024")]
+    pub(crate) size: Vec<u32>,
+
+    /// Where the light is. Default: as scenes.json says
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) light: Option<[f32; 3]>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ShadowArgs {
+    #[command(flatten)]
+    pub(crate) compared: ComparisonArgs,
+
+    /// Pixels of the camera; may be given more than once
+    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "1920x1080")]
+    pub(crate) size: Vec<(u32, u32)>,
+
+    /// Where the light is. Default: as scenes.json says
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) light: Option<[f32; 3]>,
 }
 
 #[derive(Debug, Args)]
@@ -121,4 +160,12 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
         }
         _ => Err("expected WIDTHxHEIGHT in pixels, each 1 to 16384, such as 1920x1080".into()),
     }
+}
+
+/// "X,Y,Z" as a point.
+fn parse_point(text: &str) -> Result<[f32; 3], String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    let point = numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok());
+    let point = point.filter(|point| point.iter().all(|x| x.is_finite()));
+    point.ok_or_else(|| "expected X,Y,Z such as 0,8,0.5".into())
 }

@@ -157,20 +157,26 @@ impl Drop for Mesh {
     }
 }
 
-/// N rays that are traced together. Embree has packets of 8 and 16.
+/// N rays whose nearest hits are found together. Embree has packets of 8 and 16.
 pub(crate) trait Packet<const N: usize> {
     /// Traces the rays that are valid.
     fn intersect(&mut self, mesh: &Mesh, valid: &Valid<N>);
 }
 
+/// N rays of which it is found together whether they hit anything. Embree has packets of 8 and 16.
+pub(crate) trait ShadowPacket<const N: usize> {
+    /// Traces the rays that are valid.
+    fn occlude(&mut self, mesh: &Mesh, valid: &Valid<N>);
+}
+
 /// What Embree is told of the rays: that they are coherent.
-fn coherent() -> RtcIntersectArguments {
-    RtcIntersectArguments {
+fn coherent() -> RtcQueryArguments {
+    RtcQueryArguments {
         flags: RTC_RAY_QUERY_FLAG_COHERENT,
         feature_mask: RTC_FEATURE_FLAG_ALL,
         context: ptr::null_mut(),
         filter: ptr::null(),
-        intersect: ptr::null(),
+        function: ptr::null(),
         min_width_distance_factor: 0.0,
     }
 }
@@ -189,10 +195,24 @@ impl Packet<16> for RtcRayHit<16> {
     }
 }
 
-impl<const N: usize> RtcRayHit<N> {
-    /// N rays from one origin, without directions yet.
+impl ShadowPacket<8> for RtcRay<8> {
+    fn occlude(&mut self, mesh: &Mesh, valid: &Valid<8>) {
+        // SAFETY: layout and alignment are those of RTCRay8, and all pointers live through the call.
+        unsafe { (mesh.device.api.occluded_8)(valid, mesh.scene, self, &mut coherent()) };
+    }
+}
+
+impl ShadowPacket<16> for RtcRay<16> {
+    fn occlude(&mut self, mesh: &Mesh, valid: &Valid<16>) {
+        // SAFETY: layout and alignment are those of RTCRay16, and all pointers live through the call.
+        unsafe { (mesh.device.api.occluded_16)(valid, mesh.scene, self, &mut coherent()) };
+    }
+}
+
+impl<const N: usize> RtcRay<N> {
+    /// N rays of all lengths from one origin, without directions yet.
     pub(crate) fn from_origin(origin: [f32; 3]) -> Self {
-        let (zero, none) = ([0.0; N], [RTC_INVALID_GEOMETRY_ID; N]);
+        let zero = [0.0; N];
         Self {
             org_x: [origin[0]; N],
             org_y: [origin[1]; N],
@@ -206,6 +226,22 @@ impl<const N: usize> RtcRayHit<N> {
             mask: [u32::MAX; N],
             id: [0; N],
             flags: [0; N],
+        }
+    }
+
+    /// Whether ray n was found to hit something.
+    #[inline]
+    pub(crate) fn is_blocked(&self, n: usize) -> bool {
+        self.tfar[n] < 0.0
+    }
+}
+
+impl<const N: usize> RtcRayHit<N> {
+    /// N rays from one origin, without directions yet.
+    pub(crate) fn from_origin(origin: [f32; 3]) -> Self {
+        let (zero, none) = ([0.0; N], [RTC_INVALID_GEOMETRY_ID; N]);
+        Self {
+            ray: RtcRay::from_origin(origin),
             Ng_x: zero,
             Ng_y: zero,
             Ng_z: zero,
@@ -221,7 +257,7 @@ impl<const N: usize> RtcRayHit<N> {
     /// Forgets the hits, for the next directions.
     #[inline]
     pub(crate) fn reset(&mut self) {
-        self.tfar = [f32::INFINITY; N];
+        self.ray.tfar = [f32::INFINITY; N];
         self.geomID = [RTC_INVALID_GEOMETRY_ID; N];
         self.instID = [RTC_INVALID_GEOMETRY_ID; N];
     }
@@ -232,7 +268,7 @@ impl<const N: usize> RtcRayHit<N> {
         if self.geomID[n] == RTC_INVALID_GEOMETRY_ID {
             (MISS, f32::INFINITY)
         } else {
-            (self.primID[n], self.tfar[n])
+            (self.primID[n], self.ray.tfar[n])
         }
     }
 }

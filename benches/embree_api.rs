@@ -30,11 +30,10 @@ pub(crate) const RTC_FEATURE_FLAG_ALL: c_uint = 0xFFFF_FFFF;
 pub(crate) const RTC_RAY_QUERY_FLAG_COHERENT: c_int = 1 << 16;
 pub(crate) const RTC_INVALID_GEOMETRY_ID: c_uint = c_uint::MAX;
 
-/// `RTCRayHit8` and `RTCRayHit16`: N rays and their hits, component by component. 64 bytes of alignment suit both.
+/// `RTCRay8` and `RTCRay16`: N rays, component by component. 64 bytes of alignment suit both.
 #[repr(C, align(64))]
 #[derive(Debug, Clone)]
-#[expect(non_snake_case, reason = "Embree's names")]
-pub(crate) struct RtcRayHit<const N: usize> {
+pub(crate) struct RtcRay<const N: usize> {
     pub(crate) org_x: [f32; N],
     pub(crate) org_y: [f32; N],
     pub(crate) org_z: [f32; N],
@@ -47,6 +46,14 @@ pub(crate) struct RtcRayHit<const N: usize> {
     pub(crate) mask: [c_uint; N],
     pub(crate) id: [c_uint; N],
     pub(crate) flags: [c_uint; N],
+}
+
+/// `RTCRayHit8` and `RTCRayHit16`: N rays and their hits.
+#[repr(C, align(64))]
+#[derive(Debug, Clone)]
+#[expect(non_snake_case, reason = "Embree's names")]
+pub(crate) struct RtcRayHit<const N: usize> {
+    pub(crate) ray: RtcRay<N>,
     pub(crate) Ng_x: [f32; N],
     pub(crate) Ng_y: [f32; N],
     pub(crate) Ng_z: [f32; N],
@@ -64,21 +71,25 @@ pub(crate) struct RtcRayHit<const N: usize> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Valid<const N: usize>(pub(crate) [c_int; N]);
 
-/// `RTCIntersectArguments`.
+/// `RTCIntersectArguments` and `RTCOccludedArguments`, which have the same fields.
 #[repr(C)]
 #[derive(Debug)]
-pub(crate) struct RtcIntersectArguments {
+pub(crate) struct RtcQueryArguments {
     pub(crate) flags: c_int,
     pub(crate) feature_mask: c_uint,
     pub(crate) context: *mut c_void,
     pub(crate) filter: *const c_void,
-    pub(crate) intersect: *const c_void,
+    /// For geometries with functions of their own: `intersect` or `occluded`.
+    pub(crate) function: *const c_void,
     /// Libraries built with a least curve width read it; others end before it.
     pub(crate) min_width_distance_factor: f32,
 }
 
 type RtcIntersectN<const N: usize> =
-    unsafe extern "C" fn(*const Valid<N>, RtcScene, *mut RtcRayHit<N>, *mut RtcIntersectArguments);
+    unsafe extern "C" fn(*const Valid<N>, RtcScene, *mut RtcRayHit<N>, *mut RtcQueryArguments);
+
+type RtcOccludedN<const N: usize> =
+    unsafe extern "C" fn(*const Valid<N>, RtcScene, *mut RtcRay<N>, *mut RtcQueryArguments);
 
 /// `rtcSetSharedGeometryBuffer`: geometry, type, slot, format, address, offset, stride and number of items.
 type RtcSetSharedGeometryBuffer =
@@ -133,4 +144,6 @@ functions! {
     attach_geometry = b"rtcAttachGeometry\0": unsafe extern "C" fn(RtcScene, RtcGeometry) -> c_uint;
     intersect_8 = b"rtcIntersect8\0": RtcIntersectN<8>;
     intersect_16 = b"rtcIntersect16\0": RtcIntersectN<16>;
+    occluded_8 = b"rtcOccluded8\0": RtcOccludedN<8>;
+    occluded_16 = b"rtcOccluded16\0": RtcOccludedN<16>;
 }

@@ -3,12 +3,15 @@
 use std::sync::Arc;
 
 use crate::Result;
-use crate::answer::Answer;
-use crate::embree::{Build, Device, Mesh, Packet};
-use crate::embree_api::{RtcRayHit, Valid};
-use crate::engine::{Engine, Times, timed};
+use crate::answer::{Blocked, Hits};
+use crate::embree::{Build, Device, Mesh, Packet, ShadowPacket};
+use crate::embree_api::{RtcRay, RtcRayHit, Valid};
+use crate::engine::{Engine, Times, Variant, timed};
+use crate::picture::Picture;
+use crate::shadow::Shadow;
+use crate::shadow_rays::{EPSILON, ShadowRays};
 use crate::subject::Subject;
-use crate::view_rays::{Strip, ViewRays};
+use crate::view_rays::{FilmRays, Strip, ViewRays};
 
 /// Pixels along a row of a block.
 const BLOCK_WIDTH: usize = 4;
@@ -32,17 +35,21 @@ const VARIANTS: [(Build, bool, &str); 4] = [
 ];
 
 /// Prepares the variants that are wanted. Each is built once, so that later builds find their memory.
-pub(crate) fn variants(
+pub(crate) fn variants<S: Subject>(
     device: &Arc<Device>,
-    subject: &Subject,
+    subject: &S,
     wanted: impl Fn(&str) -> bool,
-) -> Result<Vec<Box<dyn Engine>>> {
-    let mut engines: Vec<Box<dyn Engine>> = Vec::new();
+) -> Result<Vec<Box<dyn Engine<S>>>>
+where
+    Embree: Engine<S>,
+{
+    let model = subject.model();
+    let mut engines: Vec<Box<dyn Engine<S>>> = Vec::new();
     for (build, prebuilt, name) in VARIANTS {
         for packet in [8, 16] {
             let name = format!("{name}-{packet}");
             if wanted(&name) {
-                let mut mesh = Mesh::new(device, &subject.positions, &subject.triangles, build)?;
+                let mut mesh = Mesh::new(device, &model.positions, &model.triangles, build)?;
                 mesh.build()?;
                 engines.push(Box::new(Embree { name, mesh, packet, prebuilt }));
             }
@@ -51,7 +58,21 @@ pub(crate) fn variants(
     Ok(engines)
 }
 
-impl Engine for Embree {
+impl Embree {
+    /// Builds, unless that is done, and traces with the packets asked for.
+    fn times(&mut self, trace: impl FnOnce(&Mesh, usize)) -> Result<Times> {
+        let mut build = 0.0;
+        if !self.prebuilt {
+            let built;
+            (build, built) = timed(|| self.mesh.build());
+            built?;
+        }
+        let (trace, ()) = timed(|| trace(&self.mesh, self.packet));
+        Ok(Times { build, trace })
+    }
+}
+
+impl Variant for Embree {
     fn name(&self) -> &str {
         &self.name
     }
@@ -59,46 +80,76 @@ impl Engine for Embree {
     fn prebuilt(&self) -> bool {
         self.prebuilt
     }
+}
 
-    fn run(&mut self, subject: &Subject, answer: &mut Answer) -> Result<Times> {
-        let mut build = 0.0;
-        if !self.prebuilt {
-            let built;
-            (build, built) = timed(|| self.mesh.build());
-            built?;
-        }
-        let (trace, ()) = timed(|| match self.packet {
-            8 => trace::<8>(&self.mesh, &subject.rays, answer),
-            _ => trace::<16>(&self.mesh, &subject.rays, answer),
-        });
-        Ok(Times { build, trace })
+impl Engine<Picture> for Embree {
+    fn run(&mut self, picture: &Picture, answer: &mut Hits) -> Result<Times> {
+        self.times(|mesh, packet| match packet {
+            8 => trace::<8>(mesh, &picture.rays, answer),
+            _ => trace::<16>(mesh, &picture.rays, answer),
+        })
+    }
+}
+
+impl Engine<Shadow> for Embree {
+    fn run(&mut self, shadow: &Shadow, answer: &mut Blocked) -> Result<Times> {
+        self.times(|mesh, packet| match packet {
+            8 => shade::<8>(mesh, &shadow.rays, answer),
+            _ => shade::<16>(mesh, &shadow.rays, answer),
+        })
     }
 }
 
 /// Traces all rays in blocks of 4 x N/4 pixels.
-fn trace<const N: usize>(mesh: &Mesh, rays: &ViewRays, answer: &mut Answer)
+fn trace<const N: usize>(mesh: &Mesh, rays: &ViewRays, answer: &mut Hits)
 where
     RtcRayHit<N>: Packet<N>,
 {
-    rays.trace_strips(answer, N / BLOCK_WIDTH, |mut strip| {
+    rays.trace_strips(answer, N / BLOCK_WIDTH, |film, mut strip| {
         let mut packet = RtcRayHit::<N>::from_origin(rays.origin);
-        for left in (0..rays.width).step_by(BLOCK_WIDTH) {
+        for left in (0..film.width).step_by(BLOCK_WIDTH) {
             packet.reset();
-            let valid = aim(&mut packet, rays, &strip, left);
+            let valid = aim(&mut packet.ray, film, &strip, left);
             packet.intersect(mesh, &valid);
-            store(&packet, &mut strip, rays.width, left);
+            store(&packet, &mut strip, film.width, left);
         }
     });
 }
 
+/// Traces a ray for each receiver, those of a block of 4 x N/4 pixels together.
+fn shade<const N: usize>(mesh: &Mesh, rays: &ShadowRays, answer: &mut Blocked)
+where
+    RtcRay<N>: ShadowPacket<N>,
+{
+    rays.trace_blocks(N / BLOCK_WIDTH, answer, |blocks| {
+        let mut packet = RtcRay::<N>::from_origin(rays.light);
+        blocks.for_each(|points, blocked| {
+            let valid = aim_at(&mut packet, rays.light, points);
+            packet.occlude(mesh, &valid);
+            for (n, blocked) in blocked.iter_mut().enumerate() {
+                *blocked = packet.is_blocked(n);
+            }
+        });
+    });
+}
+
+/// Sets the directions from the light to the points of a block; rays end just before them.
+#[inline]
+fn aim_at<const N: usize>(packet: &mut RtcRay<N>, light: [f32; 3], points: &[[f32; 3]]) -> Valid<N> {
+    let mut valid = Valid([0; N]);
+    for (n, point) in points.iter().enumerate() {
+        packet.dir_x[n] = point[0] - light[0];
+        packet.dir_y[n] = point[1] - light[1];
+        packet.dir_z[n] = point[2] - light[2];
+        valid.0[n] = -1;
+    }
+    packet.tfar = [1.0 - EPSILON; N];
+    valid
+}
+
 /// Sets the directions of a block, and says which of its pixels are in the picture.
 #[inline]
-fn aim<const N: usize>(
-    packet: &mut RtcRayHit<N>,
-    rays: &ViewRays,
-    strip: &Strip<'_>,
-    left: usize,
-) -> Valid<N> {
+fn aim<const N: usize>(packet: &mut RtcRay<N>, rays: &FilmRays, strip: &Strip<'_>, left: usize) -> Valid<N> {
     let mut valid = Valid([0; N]);
     for row in 0..strip.rows {
         let (j, lane) = (strip.first_row + row, row * BLOCK_WIDTH);

@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use crate::Result;
-use crate::answer::Answer;
 use crate::subject::Subject;
 
 /// What one run took, in milliseconds.
@@ -12,7 +11,7 @@ pub(crate) struct Times {
     /// From positions and indices to a structure that rays can be traced with. 0 for umbel, which builds none, and where
     /// the structure was there already.
     pub(crate) build: f64,
-    /// From there to ids and distances in memory.
+    /// From there to the answer in memory.
     pub(crate) trace: f64,
 }
 
@@ -23,8 +22,8 @@ impl Times {
     }
 }
 
-/// One engine with its settings, ready to run on one subject.
-pub(crate) trait Engine {
+/// One engine with its settings.
+pub(crate) trait Variant {
     /// The name in tables, such as `embree-medium-16`.
     fn name(&self) -> &str;
 
@@ -32,9 +31,12 @@ pub(crate) trait Engine {
     fn prebuilt(&self) -> bool {
         false
     }
+}
 
+/// An engine that is ready to run on one subject.
+pub(crate) trait Engine<S: Subject>: Variant {
     /// Runs once and fills an answer that has room for all rays.
-    fn run(&mut self, subject: &Subject, answer: &mut Answer) -> Result<Times>;
+    fn run(&mut self, subject: &S, answer: &mut S::Answer) -> Result<Times>;
 }
 
 /// Runs something and measures it in milliseconds.

@@ -6,7 +6,8 @@ use crate::Result;
 use crate::cli::Common;
 use crate::engine::Engine;
 use crate::machine;
-use crate::subject::Subject;
+use crate::picture::Picture;
+use crate::shadow::Shadow;
 use crate::umbel_engine::Umbel;
 
 #[cfg(feature = "embree")]
@@ -62,7 +63,7 @@ impl Engines {
         machine::versions(loaded)
     }
 
-    /// umbel first, then all others whose names are wanted.
+    /// Those that find closest hits: umbel first, then all others whose names are wanted.
     #[cfg_attr(
         not(any(feature = "embree", feature = "llvmpipe", feature = "obvhs")),
         allow(
@@ -71,27 +72,48 @@ impl Engines {
             reason = "umbel is alone, or with parry3d, which prepares nothing"
         )
     )]
-    pub(crate) fn prepare(
+    pub(crate) fn for_pictures(
         &self,
-        subject: &Subject,
+        picture: &Picture,
         wanted: impl Fn(&str) -> bool,
-    ) -> Result<Vec<Box<dyn Engine>>> {
-        let mut engines: Vec<Box<dyn Engine>> =
+    ) -> Result<Vec<Box<dyn Engine<Picture>>>> {
+        let mut engines: Vec<Box<dyn Engine<Picture>>> =
             vec![Box::new(Umbel::from_scratch()), Box::new(Umbel::keeping_order())];
         #[cfg(feature = "embree")]
         if let Some(device) = &self.embree {
-            engines.extend(crate::embree_engine::variants(device, subject, &wanted)?);
+            engines.extend(crate::embree_engine::variants(device, picture, &wanted)?);
         }
         #[cfg(feature = "llvmpipe")]
         if let Some(context) = &self.llvmpipe {
-            engines.extend(crate::llvmpipe_engine::variants(context, subject, &wanted)?);
+            engines.extend(crate::llvmpipe_engine::variants(context, picture, &wanted)?);
         }
         #[cfg(feature = "obvhs")]
-        engines.extend(crate::obvhs_engine::variants(subject, &wanted));
+        engines.extend(crate::obvhs_engine::variants(picture, &wanted));
         #[cfg(feature = "parry")]
         if wanted("parry3d") {
             engines.push(Box::new(crate::parry_engine::Parry));
         }
+        Ok(engines)
+    }
+
+    /// Those that find shadows: umbel first, then all others whose names are wanted.
+    #[cfg_attr(
+        not(any(feature = "embree", feature = "obvhs")),
+        expect(unused_mut, unused_variables, reason = "umbel is alone")
+    )]
+    pub(crate) fn for_shadows(
+        &self,
+        shadow: &Shadow,
+        wanted: impl Fn(&str) -> bool,
+    ) -> Result<Vec<Box<dyn Engine<Shadow>>>> {
+        let mut engines: Vec<Box<dyn Engine<Shadow>>> =
+            vec![Box::new(Umbel::from_scratch()), Box::new(Umbel::keeping_order())];
+        #[cfg(feature = "embree")]
+        if let Some(device) = &self.embree {
+            engines.extend(crate::embree_engine::variants(device, shadow, &wanted)?);
+        }
+        #[cfg(feature = "obvhs")]
+        engines.extend(crate::obvhs_engine::variants(shadow, &wanted));
         Ok(engines)
     }
 }

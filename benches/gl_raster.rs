@@ -1,4 +1,4 @@
-//! A mesh drawn by OpenGL: one indexed draw into a target of ids and one of depths.
+//! A mesh drawn by OpenGL: for each picture one indexed draw into a target of ids and one of depths.
 //!
 //! A corner p becomes v = p − eye in f32, and v = w·(F + X·R + Y·U) gives w, which is the ray's t, and the film's wX and wY.
 //! The depth is near/w in f32 with the far plane at infinity: a float has as many digits far away as near by, and t is
@@ -12,7 +12,7 @@ use std::ptr;
 use std::rc::Rc;
 
 use crate::Result;
-use crate::answer::{Answer, MISS};
+use crate::answer::{Hits, MISS};
 use crate::gl_api::*;
 use crate::gl_context::Context;
 
@@ -44,68 +44,78 @@ pub(crate) struct Projection {
     pub(crate) near: f32,
 }
 
-/// OpenGL's objects for one mesh and one size of picture.
+/// One picture that is drawn: its camera and the pixels along its sides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct View {
+    pub(crate) projection: Projection,
+    pub(crate) size: [u32; 2],
+}
+
+/// OpenGL's objects for one mesh and some pictures of it.
 #[derive(Debug)]
 pub(crate) struct Raster {
     context: Rc<Context>,
     program: c_uint,
+    /// Of the eye, of the rows to x, y and w, and of the near plane.
+    uniforms: [c_int; 5],
     vertex_array: c_uint,
     /// Of positions and of indices.
     buffers: [c_uint; 2],
+    /// Three a triangle.
+    corners: c_int,
+    pictures: Vec<Picture>,
+}
+
+/// OpenGL's objects for one picture.
+#[derive(Debug)]
+struct Picture {
+    projection: Projection,
+    size: [c_int; 2],
     framebuffer: c_uint,
     /// Of ids and of depths.
     targets: [c_uint; 2],
-    size: [c_int; 2],
-    /// Three a triangle.
-    corners: c_int,
-    near: f32,
 }
 
 impl Raster {
-    /// Makes targets, and buffers with room for the mesh.
+    /// Makes targets for each view, and buffers with room for the mesh.
     pub(crate) fn new(
         context: &Rc<Context>,
-        [width, height]: [usize; 2],
+        views: &[View],
         vertices: usize,
         triangles: usize,
-        projection: &Projection,
     ) -> Result<Self> {
         let gl = context.gl();
         let program = link(gl)?;
-        let raster = Self {
+        let location = |name: &CStr| {
+            // SAFETY: the name ends with a zero byte and lives through the call.
+            unsafe { (gl.get_uniform_location)(program, name.as_ptr()) }
+        };
+        let mut raster = Self {
             program,
+            uniforms: [c"eye", c"to_x", c"to_y", c"to_w", c"near"].map(location),
             vertex_array: made(gl.gen_vertex_arrays),
             buffers: [made(gl.gen_buffers), made(gl.gen_buffers)],
-            framebuffer: made(gl.gen_framebuffers),
-            targets: [made(gl.gen_renderbuffers), made(gl.gen_renderbuffers)],
-            size: [c_int::try_from(width)?, c_int::try_from(height)?],
             corners: c_int::try_from(triangles * 3)?,
-            near: projection.near,
+            pictures: Vec::new(),
             context: Rc::clone(context),
         };
-        raster.make_targets()?;
+        for view in views {
+            let [width, height] = view.size;
+            raster.pictures.push(Picture {
+                projection: view.projection,
+                size: [c_int::try_from(width)?, c_int::try_from(height)?],
+                framebuffer: made(gl.gen_framebuffers),
+                targets: [made(gl.gen_renderbuffers), made(gl.gen_renderbuffers)],
+            });
+        }
+        raster.pictures.iter().try_for_each(|picture| picture.make_targets(gl))?;
         raster.make_buffers(vertices)?;
-        raster.set(projection);
+        // The nearest is kept, of equals the first; nothing is culled.
+        gl.clip_control(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+        gl.enable(GL_DEPTH_TEST);
+        gl.depth_func(GL_GREATER);
         context.check("preparing")?;
         Ok(raster)
-    }
-
-    /// Ids of 32 bits and depths of 32-bit floats.
-    fn make_targets(&self) -> Result<()> {
-        let gl = self.context.gl();
-        gl.bind_framebuffer(GL_FRAMEBUFFER, self.framebuffer);
-        let [ids, depths] = self.targets;
-        for (target, format, attachment) in
-            [(ids, GL_R32UI, GL_COLOR_ATTACHMENT0), (depths, GL_DEPTH_COMPONENT32F, GL_DEPTH_ATTACHMENT)]
-        {
-            gl.bind_renderbuffer(GL_RENDERBUFFER, target);
-            gl.renderbuffer_storage(GL_RENDERBUFFER, format, self.size[0], self.size[1]);
-            gl.framebuffer_renderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, target);
-        }
-        match gl.check_framebuffer_status(GL_FRAMEBUFFER) {
-            GL_FRAMEBUFFER_COMPLETE => Ok(()),
-            status => Err(format!("OpenGL has no frame buffer of this size: {status:#06x}").into()),
-        }
     }
 
     /// Room for positions and indices, and how positions are read.
@@ -124,24 +134,6 @@ impl Raster {
         Ok(())
     }
 
-    /// The camera, and what is the same for all draws: the nearest is kept, of equals the first; nothing is culled.
-    fn set(&self, projection: &Projection) {
-        let gl = self.context.gl();
-        let location = |name: &CStr| {
-            // SAFETY: the name ends with a zero byte and lives through the call.
-            unsafe { (gl.get_uniform_location)(self.program, name.as_ptr()) }
-        };
-        gl.use_program(self.program);
-        let Projection { eye, to_x, to_y, to_w, near } = *projection;
-        for (name, [x, y, z]) in [(c"eye", eye), (c"to_x", to_x), (c"to_y", to_y), (c"to_w", to_w)] {
-            gl.uniform_3f(location(name), x, y, z);
-        }
-        gl.uniform_1f(location(c"near"), near);
-        gl.clip_control(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-        gl.enable(GL_DEPTH_TEST);
-        gl.depth_func(GL_GREATER);
-    }
-
     /// Hands the mesh to OpenGL, in the memory of the last one. It must be as large as `new` was told.
     pub(crate) fn upload(&self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<()> {
         let gl = self.context.gl();
@@ -156,40 +148,89 @@ impl Raster {
         self.context.check("uploading")
     }
 
-    /// Clears both targets, draws all triangles and waits for the end.
+    /// Clears the targets of all pictures, draws all triangles into each and waits for the end.
     pub(crate) fn draw(&self) -> Result<()> {
         let gl = self.context.gl();
-        gl.bind_framebuffer(GL_FRAMEBUFFER, self.framebuffer);
-        gl.viewport(0, 0, self.size[0], self.size[1]);
         gl.use_program(self.program);
         gl.bind_vertex_array(self.vertex_array);
+        self.pictures.iter().for_each(|picture| self.draw_one(picture));
+        gl.finish();
+        self.context.check("drawing")
+    }
+
+    /// Clears and draws one picture, with program and mesh bound.
+    fn draw_one(&self, picture: &Picture) {
+        let gl = self.context.gl();
+        let Projection { eye, to_x, to_y, to_w, near } = picture.projection;
+        let [vectors @ .., near_plane] = self.uniforms;
+        for (uniform, [x, y, z]) in vectors.into_iter().zip([eye, to_x, to_y, to_w]) {
+            gl.uniform_3f(uniform, x, y, z);
+        }
+        gl.uniform_1f(near_plane, near);
+        gl.bind_framebuffer(GL_FRAMEBUFFER, picture.framebuffer);
+        gl.viewport(0, 0, picture.size[0], picture.size[1]);
         // SAFETY: four values are there.
         unsafe { (gl.clear_uint)(GL_COLOR, 0, [MISS; 4].as_ptr()) };
         // SAFETY: one value is there. Depth 0 is infinitely far.
         unsafe { (gl.clear_float)(GL_DEPTH, 0, [0.0].as_ptr()) };
         // SAFETY: the indices begin at the offset 0 of the bound buffer and lie within the vertices: umbel has checked them.
         unsafe { (gl.draw_elements)(GL_TRIANGLES, self.corners, GL_UNSIGNED_INT, ptr::null()) };
-        gl.finish();
-        self.context.check("drawing")
+    }
+
+    /// Copies ids and distances of all pixels, picture by picture.
+    pub(crate) fn read(&self, answer: &mut Hits) -> Result<()> {
+        let pixels: usize = self.pictures.iter().map(Picture::pixels).sum();
+        if [answer.ids.len(), answer.ts.len()] != [pixels; 2] {
+            return Err("the answer has another size than the pictures".into());
+        }
+        let mut first = 0;
+        for picture in &self.pictures {
+            let part = first..first + picture.pixels();
+            first = part.end;
+            picture.read(self.context.gl(), &mut answer.ids[part.clone()], &mut answer.ts[part])?;
+        }
+        self.context.check("reading")
+    }
+}
+
+impl Picture {
+    /// The number of pixels.
+    fn pixels(&self) -> usize {
+        self.size[0] as usize * self.size[1] as usize
+    }
+
+    /// Ids of 32 bits and depths of 32-bit floats.
+    fn make_targets(&self, gl: &Gl) -> Result<()> {
+        gl.bind_framebuffer(GL_FRAMEBUFFER, self.framebuffer);
+        let [ids, depths] = self.targets;
+        for (target, format, attachment) in
+            [(ids, GL_R32UI, GL_COLOR_ATTACHMENT0), (depths, GL_DEPTH_COMPONENT32F, GL_DEPTH_ATTACHMENT)]
+        {
+            gl.bind_renderbuffer(GL_RENDERBUFFER, target);
+            gl.renderbuffer_storage(GL_RENDERBUFFER, format, self.size[0], self.size[1]);
+            gl.framebuffer_renderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, target);
+        }
+        match gl.check_framebuffer_status(GL_FRAMEBUFFER) {
+            GL_FRAMEBUFFER_COMPLETE => Ok(()),
+            status => Err(format!("OpenGL has no frame buffer of this size: {status:#06x}").into()),
+        }
     }
 
     /// Copies ids and distances of all pixels.
-    pub(crate) fn read(&self, answer: &mut Answer) -> Result<()> {
-        let gl = self.context.gl();
-        let pixels = self.size[0] as usize * self.size[1] as usize;
-        if [answer.ids.len(), answer.ts.len()] != [pixels; 2] {
+    fn read(&self, gl: &Gl, ids: &mut [u32], ts: &mut [f32]) -> Result<()> {
+        if [ids.len(), ts.len()] != [self.pixels(); 2] {
             return Err("the answer has another size than the picture".into());
         }
         gl.bind_framebuffer(GL_FRAMEBUFFER, self.framebuffer);
         let [width, height] = self.size;
-        let (ids, ts) = (answer.ids.as_mut_ptr().cast(), answer.ts.as_mut_ptr().cast());
+        let (to_ids, to_depths) = (ids.as_mut_ptr().cast(), ts.as_mut_ptr().cast());
         // SAFETY: four bytes a pixel are written, and there is room for all pixels.
-        unsafe { (gl.read_pixels)(0, 0, width, height, GL_RED_INTEGER, GL_UNSIGNED_INT, ids) };
+        unsafe { (gl.read_pixels)(0, 0, width, height, GL_RED_INTEGER, GL_UNSIGNED_INT, to_ids) };
         // SAFETY: as above.
-        unsafe { (gl.read_pixels)(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, ts) };
+        unsafe { (gl.read_pixels)(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, to_depths) };
         // Where nothing was drawn this is near/0: infinite.
-        answer.ts.iter_mut().for_each(|depth| *depth = self.near / *depth);
-        self.context.check("reading")
+        ts.iter_mut().for_each(|depth| *depth = self.projection.near / *depth);
+        Ok(())
     }
 }
 
@@ -197,11 +238,13 @@ impl Drop for Raster {
     fn drop(&mut self) {
         let gl = self.context.gl();
         gl.delete_program(self.program);
+        let framebuffers: Vec<c_uint> = self.pictures.iter().map(|picture| picture.framebuffer).collect();
+        let targets: Vec<c_uint> = self.pictures.iter().flat_map(|picture| picture.targets).collect();
         for (delete, names) in [
             (gl.delete_vertex_arrays, &[self.vertex_array][..]),
             (gl.delete_buffers, &self.buffers),
-            (gl.delete_framebuffers, &[self.framebuffer]),
-            (gl.delete_renderbuffers, &self.targets),
+            (gl.delete_framebuffers, &framebuffers),
+            (gl.delete_renderbuffers, &targets),
         ] {
             // SAFETY: so many names are there, made by OpenGL and given back once.
             unsafe { delete(names.len() as c_int, names.as_ptr()) };

@@ -122,7 +122,7 @@ fn embree_escaped(mesh: &crate::embree::Mesh, bundle: &Bundle) -> usize {
         packet.reset();
         let mut valid = Valid([0; 16]);
         for (n, direction) in directions.iter().enumerate() {
-            [packet.dir_x[n], packet.dir_y[n], packet.dir_z[n]] = *direction;
+            [packet.ray.dir_x[n], packet.ray.dir_y[n], packet.ray.dir_z[n]] = *direction;
             valid.0[n] = -1;
         }
         packet.intersect(mesh, &valid);

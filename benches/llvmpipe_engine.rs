@@ -1,6 +1,6 @@
 //! Mesa's llvmpipe as an engine: the rasterizer that renders OpenGL where there is no GPU.
 //!
-//! `build` is the upload of positions and indices; `trace` is clearing, one indexed draw and waiting for its end. The variant
+//! `build` is the upload of positions and indices; `trace` is clearing, one indexed draw for each film and waiting for the end. The variant
 //! `readback` counts copying ids and distances out of the frame buffer as well.
 
 use std::rc::Rc;
@@ -9,11 +9,12 @@ use umbel::glam::{DMat3, DVec3};
 use umbel::{Film, GridFilm};
 
 use crate::Result;
-use crate::answer::Answer;
-use crate::engine::{Engine, Times, timed};
+use crate::answer::Hits;
+use crate::engine::{Engine, Times, Variant, timed};
 use crate::gl_context::Context;
-use crate::gl_raster::{Projection, Raster};
-use crate::subject::Subject;
+use crate::gl_raster::{Projection, Raster, View};
+use crate::picture::Picture;
+use crate::subject::Model;
 
 /// The near plane in parts of the farthest corner of the scene's box, where the eye is in the box.
 const NEAR: f64 = 1.0 / 16384.0;
@@ -32,32 +33,37 @@ pub(crate) struct Llvmpipe {
 /// Prepares the variants that are wanted.
 pub(crate) fn variants(
     context: &Rc<Context>,
-    subject: &Subject,
+    picture: &Picture,
     wanted: impl Fn(&str) -> bool,
-) -> Result<Vec<Box<dyn Engine>>> {
-    let [Film::Grid(film)] = subject.pencil.films() else {
-        return Err("only pinhole cameras are rasterized".into());
+) -> Result<Vec<Box<dyn Engine<Picture>>>> {
+    let view = |film: &Film| match film {
+        Film::Grid(film) => {
+            Ok(View { projection: projection(picture, film)?, size: [film.width(), film.height()] })
+        }
+        Film::Scattered(_) => Err("only films with straight rows are rasterized".into()),
     };
-    let projection = projection(subject, film)?;
-    let size = [subject.rays.width, subject.rays.height];
-    let (vertices, triangles) = (subject.positions.len(), subject.triangles.len());
-    let mut engines: Vec<Box<dyn Engine>> = Vec::new();
+    let views: Vec<View> = picture.pencil.films().iter().map(view).collect::<Result<_>>()?;
+    let (vertices, triangles) = (picture.model.positions.len(), picture.model.triangles.len());
+    let mut engines: Vec<Box<dyn Engine<Picture>>> = Vec::new();
     for (name, reads_back) in NAMES.into_iter().zip([false, true]) {
         if wanted(name) {
-            let raster = Raster::new(context, size, vertices, triangles, &projection)?;
+            let raster = Raster::new(context, &views, vertices, triangles)?;
             engines.push(Box::new(Llvmpipe { name, raster, reads_back }));
         }
     }
     Ok(engines)
 }
 
-impl Engine for Llvmpipe {
+impl Variant for Llvmpipe {
     fn name(&self) -> &str {
         self.name
     }
+}
 
-    fn run(&mut self, subject: &Subject, answer: &mut Answer) -> Result<Times> {
-        let (build, uploaded) = timed(|| self.raster.upload(&subject.positions, &subject.triangles));
+impl Engine<Picture> for Llvmpipe {
+    fn run(&mut self, picture: &Picture, answer: &mut Hits) -> Result<Times> {
+        let (build, uploaded) =
+            timed(|| self.raster.upload(&picture.model.positions, &picture.model.triangles));
         uploaded?;
         let (draw, drawn) = timed(|| self.raster.draw());
         drawn?;
@@ -68,7 +74,7 @@ impl Engine for Llvmpipe {
 }
 
 /// The camera of the film. The near plane lies half way to the scene's box, or close to an eye within it.
-fn projection(subject: &Subject, film: &GridFilm) -> Result<Projection> {
+fn projection(picture: &Picture, film: &GridFilm) -> Result<Projection> {
     let [forward, right, up] = film.span();
     let rays = DMat3::from_cols(forward, right, up);
     if rays.determinant() == 0.0 {
@@ -76,12 +82,12 @@ fn projection(subject: &Subject, film: &GridFilm) -> Result<Projection> {
     }
     // v = M (w, wX, wY): the rows of the inverse give w, wX and wY.
     let inverse = rays.inverse().transpose();
-    let eye = DVec3::from_array(subject.rays.origin.map(f64::from));
-    let (nearest, farthest) = extent(subject, eye, inverse.x_axis);
+    let eye = DVec3::from_array(picture.rays.origin.map(f64::from));
+    let (nearest, farthest) = extent(&picture.model, eye, inverse.x_axis);
     let near = (nearest / 2.0).max(farthest * NEAR);
     let row = |row: DVec3| row.as_vec3().to_array();
     Ok(Projection {
-        eye: subject.rays.origin,
+        eye: picture.rays.origin,
         to_x: row(inverse.y_axis / f64::from(film.width())),
         to_y: row(-inverse.z_axis / f64::from(film.height())),
         to_w: row(inverse.x_axis),
@@ -90,8 +96,8 @@ fn projection(subject: &Subject, film: &GridFilm) -> Result<Projection> {
 }
 
 /// The least and the greatest w of the corners of the scene's box.
-fn extent(subject: &Subject, eye: DVec3, to_w: DVec3) -> (f64, f64) {
-    let corners = subject.triangles.iter().flatten().map(|&v| subject.positions[v as usize]);
+fn extent(model: &Model, eye: DVec3, to_w: DVec3) -> (f64, f64) {
+    let corners = model.triangles.iter().flatten().map(|&v| model.positions[v as usize]);
     let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (low, high) = corners.fold(empty, |(low, high), corner| {
         let corner = DVec3::from_array(corner.map(f64::from));

@@ -9,16 +9,21 @@ mod answer;
 mod cli;
 mod cliff_subjects;
 mod cliffs;
+mod comparison;
+mod cube;
 mod curves;
 mod engine;
 mod engines;
 mod icosphere;
 mod leaks;
 mod machine;
+mod picture;
 mod plot;
 mod primary;
 mod report;
 mod rounds;
+mod shadow;
+mod shadow_rays;
 mod subject;
 mod table;
 mod umbel_engine;
@@ -66,6 +71,8 @@ fn run(cli: &cli::Cli) -> Result<()> {
     rayon::ThreadPoolBuilder::new().num_threads(cli.common.threads).build_global()?;
     match &cli.command {
         cli::Command::Primary(args) => primary::run(args, &cli.common),
+        cli::Command::Cube(args) => cube::run(args, &cli.common),
+        cli::Command::Shadow(args) => shadow::run(args, &cli.common),
         cli::Command::Leaks(args) => leaks::run(args, &cli.common),
         cli::Command::Cliffs(args) => cliffs::run(args),
     }

@@ -16,9 +16,13 @@ use rayon::prelude::*;
 use umbel::glam::Vec3A;
 
 use crate::Result;
-use crate::answer::{Answer, MISS};
-use crate::engine::{Engine, Times, timed};
-use crate::subject::Subject;
+use crate::answer::{Blocked, Hits, MISS};
+use crate::engine::{Engine, Times, Variant, timed};
+use crate::picture::Picture;
+use crate::shadow::Shadow;
+use crate::shadow_rays::{EPSILON, ShadowRays};
+use crate::subject::{Model, Subject};
+use crate::view_rays::ViewRays;
 
 /// One way of using obvhs.
 #[derive(Debug)]
@@ -41,16 +45,37 @@ const VARIANTS: [(bool, BvhBuildParams, bool, &str); 6] = [
 ];
 
 /// Prepares the variants that are wanted.
-pub(crate) fn variants(subject: &Subject, wanted: impl Fn(&str) -> bool) -> Vec<Box<dyn Engine>> {
+pub(crate) fn variants<S: Subject>(subject: &S, wanted: impl Fn(&str) -> bool) -> Vec<Box<dyn Engine<S>>>
+where
+    Obvhs: Engine<S>,
+{
     let wanted = VARIANTS.into_iter().filter(|(_, _, _, name)| wanted(name));
     let engine = wanted.map(|(wide, params, prebuilt, name)| {
-        let prebuilt = prebuilt.then(|| Built::new(subject, wide, params));
-        Box::new(Obvhs { name, wide, params, prebuilt }) as Box<dyn Engine>
+        let prebuilt = prebuilt.then(|| Built::new(subject.model(), wide, params));
+        Box::new(Obvhs { name, wide, params, prebuilt }) as Box<dyn Engine<S>>
     });
     engine.collect()
 }
 
-impl Engine for Obvhs {
+impl Obvhs {
+    /// Builds, unless that is done, and traces.
+    fn times(&mut self, model: &Model, trace: impl FnOnce(&Built)) -> Result<Times> {
+        let (build, new) = match &self.prebuilt {
+            Some(_) => (0.0, None),
+            None => {
+                let (build, built) = timed(|| Built::new(model, self.wide, self.params));
+                (build, Some(built))
+            }
+        };
+        let Some(built) = new.as_ref().or(self.prebuilt.as_ref()) else {
+            return Err("no tree".into());
+        };
+        let (trace, ()) = timed(|| trace(built));
+        Ok(Times { build, trace })
+    }
+}
+
+impl Variant for Obvhs {
     fn name(&self) -> &str {
         self.name
     }
@@ -58,20 +83,17 @@ impl Engine for Obvhs {
     fn prebuilt(&self) -> bool {
         self.prebuilt.is_some()
     }
+}
 
-    fn run(&mut self, subject: &Subject, answer: &mut Answer) -> Result<Times> {
-        let (build, new) = match &self.prebuilt {
-            Some(_) => (0.0, None),
-            None => {
-                let (build, built) = timed(|| Built::new(subject, self.wide, self.params));
-                (build, Some(built))
-            }
-        };
-        let Some(built) = new.as_ref().or(self.prebuilt.as_ref()) else {
-            return Err("no tree".into());
-        };
-        let (trace, ()) = timed(|| built.trace(subject, answer));
-        Ok(Times { build, trace })
+impl Engine<Picture> for Obvhs {
+    fn run(&mut self, picture: &Picture, answer: &mut Hits) -> Result<Times> {
+        self.times(&picture.model, |built| built.trace(&picture.rays, answer))
+    }
+}
+
+impl Engine<Shadow> for Obvhs {
+    fn run(&mut self, shadow: &Shadow, answer: &mut Blocked) -> Result<Times> {
+        self.times(&shadow.model, |built| built.shade(&shadow.rays, answer))
     }
 }
 
@@ -95,11 +117,11 @@ impl std::fmt::Debug for Built {
 
 impl Built {
     /// From positions and indices to a tree.
-    fn new(subject: &Subject, wide: bool, params: BvhBuildParams) -> Self {
-        let corners = subject.triangles.par_iter();
+    fn new(model: &Model, wide: bool, params: BvhBuildParams) -> Self {
+        let corners = model.triangles.par_iter();
         let triangles: Vec<Triangle> = corners
             .map(|corners| {
-                let [v0, v1, v2] = corners.map(|v| Vec3A::from_array(subject.positions[v as usize]));
+                let [v0, v1, v2] = corners.map(|v| Vec3A::from_array(model.positions[v as usize]));
                 Triangle { v0, v1, v2 }
             })
             .collect();
@@ -118,24 +140,37 @@ impl Built {
     }
 
     /// Traces all rays.
-    fn trace(&self, subject: &Subject, answer: &mut Answer) {
-        let origin = Vec3A::from_array(subject.rays.origin);
+    fn trace(&self, rays: &ViewRays, answer: &mut Hits) {
+        let origin = Vec3A::from_array(rays.origin);
         let found = |hit: RayHit, order: &[u32]| match hit.primitive_id {
             INVALID_ID => (MISS, f32::INFINITY),
             place => (order[place as usize], hit.t),
         };
         let test = |ray: &Ray, place: usize| self.triangles[place].intersect(ray);
         match &self.tree {
-            Tree::Binary(tree) => subject.rays.trace_singly(answer, |direction| {
+            Tree::Binary(tree) => rays.trace_singly(answer, |direction| {
                 let mut hit = RayHit::none();
                 tree.ray_traverse(Ray::new_inf(origin, Vec3A::from_array(direction)), &mut hit, test);
                 found(hit, &tree.primitive_indices)
             }),
-            Tree::Wide(tree) => subject.rays.trace_singly(answer, |direction| {
+            Tree::Wide(tree) => rays.trace_singly(answer, |direction| {
                 let mut hit = RayHit::none();
                 tree.ray_traverse(Ray::new_inf(origin, Vec3A::from_array(direction)), &mut hit, test);
                 found(hit, &tree.primitive_indices)
             }),
+        }
+    }
+
+    /// Traces a ray from the light to just before each receiver.
+    fn shade(&self, rays: &ShadowRays, answer: &mut Blocked) {
+        let light = Vec3A::from_array(rays.light);
+        let ray = |point: [f32; 3]| Ray::new(light, Vec3A::from_array(point) - light, 0.0, 1.0 - EPSILON);
+        let test = |ray: &Ray, place: usize| self.triangles[place].intersect(ray);
+        match &self.tree {
+            Tree::Binary(tree) => {
+                rays.trace_singly(answer, |point| !tree.ray_traverse_miss(ray(point), test))
+            }
+            Tree::Wide(tree) => rays.trace_singly(answer, |point| !tree.ray_traverse_miss(ray(point), test)),
         }
     }
 }

@@ -1,57 +1,13 @@
 //! `umbel-bench primary`: what a pinhole camera sees, by all engines in turns.
 
-use serde_json::json;
-
 use crate::Result;
 use crate::cli::{Common, PrimaryArgs};
-use crate::engines::Engines;
-use crate::subject::Subject;
-use crate::views::{Folder, View};
-use crate::{machine, plot, report, rounds, table};
+use crate::comparison;
+use crate::picture::Picture;
 
 /// Measures every scene at every size.
 pub(crate) fn run(args: &PrimaryArgs, common: &Common) -> Result<()> {
-    let folder = args.folder.as_deref().map(Folder::read).transpose()?.unwrap_or_default();
-    let engines = Engines::open(common, |name| wanted(args, name))?;
-    let (machine, versions) = (machine::machine(), engines.versions());
-    println!("{machine}\n{versions}");
-
-    let (mut subjects, mut rows) = (Vec::new(), Vec::new());
-    for name in names(args, &folder) {
-        let view = View::find(&name, &folder)?;
-        for &size in &args.size {
-            let subject = Subject::new(&view.name, &view.scene, view.camera(size))?;
-            let mut prepared = engines.prepare(&subject, |name| wanted(args, name))?;
-            let ran =
-                |start: &&String| prepared.iter().any(|engine| engine.name().starts_with(start.as_str()));
-            if let Some(unknown) = args.engines.iter().find(|start| !ran(start)) {
-                return Err(format!("--engines {unknown}: no engine here has a name that begins so").into());
-            }
-            let measured = rounds::measure(&mut prepared, &subject, args.repeat)?;
-            let best = rounds::best(&measured);
-            table::print(&subject, &measured, &best);
-            subjects.push(report::subject(&subject, &measured, &best));
-            rows.push((format!("{} {}", subject.name, subject.size()), best));
-        }
-    }
-
-    if let Some(path) = &args.json {
-        let head = json!({"schema": 1, "command": "primary", "machine": machine, "versions": versions});
-        report::write(path, head, "subjects", subjects)?;
-    }
-    args.plot.as_deref().map_or(Ok(()), |path| plot::write(path, &rows))
-}
-
-/// The scenes that are asked for, or all there are.
-fn names(args: &PrimaryArgs, folder: &Folder) -> Vec<String> {
-    match (args.scenes.is_empty(), args.folder.is_some()) {
-        (false, _) => args.scenes.clone(),
-        (true, true) => folder.names(),
-        (true, false) => vec!["builtin:umbel".to_owned()],
-    }
-}
-
-/// Whether an engine of this name is asked for.
-fn wanted(args: &PrimaryArgs, name: &str) -> bool {
-    args.engines.is_empty() || args.engines.iter().any(|start| name.starts_with(start.as_str()))
+    comparison::run("primary", &args.compared, common, &args.size, |view, size| {
+        Picture::of_camera(&view.name, &view.scene, view.camera(size))
+    })
 }

@@ -10,16 +10,19 @@ use crate::rounds::{Best, Measured};
 use crate::subject::Subject;
 
 /// One subject: all times of all engines, and the best of each.
-pub(crate) fn subject(subject: &Subject, measured: &[Measured], best: &[Best]) -> Value {
+pub(crate) fn subject<S: Subject>(subject: &S, measured: &[Measured], best: &[Best]) -> Value {
     let umbel = measured.first().map_or(f64::NAN, |umbel| umbel.median(Times::total));
     let engines: Vec<Value> = measured.iter().map(|engine| of_engine(engine, umbel)).collect();
     let best: Vec<Value> = best.iter().map(of_best).collect();
+    let (model, shape) = (subject.model(), subject.shape());
     json!({
-        "scene": subject.name,
-        "triangles": subject.triangles.len(),
-        "without_area": subject.dropped,
-        "size": [subject.rays.width, subject.rays.height],
-        "rays": subject.rays.len(),
+        "scene": model.name,
+        "triangles": model.triangles.len(),
+        "without_area": model.dropped,
+        "films": shape.films,
+        "size": [shape.width, shape.height],
+        "rays": subject.rays(),
+        "origin": subject.origin(),
         "engines": engines,
         "best": best,
     })
@@ -28,7 +31,7 @@ pub(crate) fn subject(subject: &Subject, measured: &[Measured], best: &[Best]) -
 /// One engine. `ratio` is its median total over umbel's.
 fn of_engine(engine: &Measured, umbel: f64) -> Value {
     let all = |part: fn(&Times) -> f64| engine.times.iter().map(part).collect::<Vec<f64>>();
-    json!({
+    let mut value = json!({
         "name": engine.name,
         "prebuilt": engine.prebuilt,
         "ms": {"build": all(|t| t.build), "trace": all(|t| t.trace)},
@@ -38,9 +41,11 @@ fn of_engine(engine: &Measured, umbel: f64) -> Value {
             "total": engine.median(Times::total),
         },
         "ratio": engine.median(Times::total) / umbel,
-        "ids_equal": engine.agreement.ids_equal,
-        "ts_equal": engine.agreement.ts_equal,
-    })
+    });
+    for share in &engine.agreement {
+        value[share.key] = json!(share.of_all);
+    }
+    value
 }
 
 /// The best of one engine.

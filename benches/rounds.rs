@@ -1,7 +1,7 @@
 //! Rounds: every engine runs once in each, so that all of them meet the same moods of the machine.
 
 use crate::Result;
-use crate::answer::{Agreement, Answer};
+use crate::answer::{Answer, Share};
 use crate::engine::{Engine, Times};
 use crate::subject::Subject;
 
@@ -12,7 +12,8 @@ pub(crate) struct Measured {
     pub(crate) prebuilt: bool,
     /// One per round.
     pub(crate) times: Vec<Times>,
-    pub(crate) agreement: Agreement,
+    /// With umbel's answer.
+    pub(crate) agreement: Vec<Share>,
 }
 
 impl Measured {
@@ -32,24 +33,25 @@ impl Measured {
 
 /// Runs all engines round by round; the first round warms up and does not count. The first engine is umbel, with whose
 /// answer the others are compared in the last round.
-pub(crate) fn measure(
-    engines: &mut [Box<dyn Engine>],
-    subject: &Subject,
+pub(crate) fn measure<S: Subject>(
+    engines: &mut [Box<dyn Engine<S>>],
+    subject: &S,
     repeat: u32,
 ) -> Result<Vec<Measured>> {
     let mut measured: Vec<Measured> = engines.iter().map(|engine| blank(engine.as_ref())).collect();
-    let mut reference = Answer::missed(subject.rays.len());
-    let mut answer = reference.clone();
+    let mut answer = subject.blank();
+    let mut reference = answer.clone();
     for round in 0..=repeat {
         for (k, (engine, measured)) in engines.iter_mut().zip(&mut measured).enumerate() {
             let times = engine.run(subject, &mut answer)?;
             if round > 0 {
                 measured.times.push(times);
             }
-            match (round == repeat, k) {
-                (true, 0) => reference.clone_from(&answer),
-                (true, _) => measured.agreement = Agreement::of(&reference, &answer),
-                (false, _) => {}
+            if round == repeat {
+                if k == 0 {
+                    reference.clone_from(&answer);
+                }
+                measured.agreement = reference.agreement(&answer);
             }
         }
     }
@@ -57,9 +59,9 @@ pub(crate) fn measure(
 }
 
 /// An engine before it ran.
-fn blank(engine: &dyn Engine) -> Measured {
-    let agreement = Agreement { ids_equal: 1.0, ts_equal: 1.0 };
-    Measured { name: engine.name().to_owned(), prebuilt: engine.prebuilt(), times: Vec::new(), agreement }
+fn blank<S: Subject>(engine: &dyn Engine<S>) -> Measured {
+    let (times, agreement) = (Vec::new(), Vec::new());
+    Measured { name: engine.name().to_owned(), prebuilt: engine.prebuilt(), times, agreement }
 }
 
 /// The best times of an engine over its settings, in milliseconds, with the setting's name.
@@ -93,8 +95,7 @@ mod tests {
 
     fn engine(name: &str, prebuilt: bool, times: &[(f64, f64)]) -> Measured {
         let times = times.iter().map(|&(build, trace)| Times { build, trace }).collect();
-        let agreement = Agreement { ids_equal: 1.0, ts_equal: 1.0 };
-        Measured { name: name.into(), prebuilt, times, agreement }
+        Measured { name: name.into(), prebuilt, times, agreement: Vec::new() }
     }
 
     #[test]

@@ -1,45 +1,80 @@
 //! What all engines get: the same triangles and the same rays.
 
+use std::fmt;
+
+use umbel::Scene;
 use umbel::glam::DVec3;
-use umbel::{Camera, Film, Origin, Pencil, Scene};
 
 use crate::Result;
-use crate::view_rays::ViewRays;
+use crate::answer::Answer;
+use crate::engine::Engine;
+use crate::engines::Engines;
 
-/// One scene seen by one camera.
+/// Triangles, and rays that ask something of them.
+pub(crate) trait Subject: Sized {
+    /// What is found for all rays.
+    type Answer: Answer;
+
+    /// Whether rasterizers have an answer.
+    const RASTERIZED: bool;
+
+    /// The triangles.
+    fn model(&self) -> &Model;
+
+    /// How the rays are laid out.
+    fn shape(&self) -> Shape;
+
+    /// The number of rays.
+    fn rays(&self) -> usize;
+
+    /// The point that all rays have in common: an eye or a light.
+    fn origin(&self) -> [f32; 3];
+
+    /// An answer with room for all rays.
+    fn blank(&self) -> Self::Answer;
+
+    /// umbel first, then all others whose names are wanted.
+    fn engines(&self, engines: &Engines, wanted: &dyn Fn(&str) -> bool)
+    -> Result<Vec<Box<dyn Engine<Self>>>>;
+}
+
+/// The triangles of a scene.
 #[derive(Debug, Clone)]
-pub(crate) struct Subject {
+pub(crate) struct Model {
     pub(crate) name: String,
     pub(crate) positions: Vec<[f32; 3]>,
     /// Without those that have no area; the index is the id.
     pub(crate) triangles: Vec<[u32; 3]>,
     /// How many triangles without area were left out.
     pub(crate) dropped: usize,
-    /// The rays as umbel takes them.
-    pub(crate) pencil: Pencil,
-    /// The same rays for the others.
-    pub(crate) rays: ViewRays,
 }
 
-impl Subject {
-    /// Prepares a scene. The eye is moved to the nearest f32 point, because the other engines know no others.
-    pub(crate) fn new(name: &str, scene: &Scene, mut camera: Camera) -> Result<Self> {
-        camera.eye = camera.eye.as_vec3().as_dvec3();
-        let pencil = camera.shot()?.pencil;
-        let (Origin::Point(origin), [Film::Grid(film)]) = (pencil.origin(), pencil.films()) else {
-            return Err("only pinhole cameras are compared".into());
-        };
-        let rays = ViewRays::new(origin, film);
+/// Pictures of the same size.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Shape {
+    pub(crate) films: usize,
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+}
+
+impl Model {
+    /// The triangles that have an area.
+    pub(crate) fn new(name: &str, scene: &Scene) -> Self {
         let positions = scene.positions.clone();
         let with_area = scene.triangles.iter().filter(|corners| has_area(&positions, corners));
         let triangles: Vec<_> = with_area.copied().collect();
         let dropped = scene.triangles.len() - triangles.len();
-        Ok(Self { name: name.to_owned(), positions, triangles, dropped, pencil, rays })
+        Self { name: name.to_owned(), positions, triangles, dropped }
     }
+}
 
-    /// Pixels as WxH.
-    pub(crate) fn size(&self) -> String {
-        format!("{}x{}", self.rays.width, self.rays.height)
+impl fmt::Display for Shape {
+    /// WxH, or NxWxH.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.films > 1 {
+            write!(f, "{}x", self.films)?;
+        }
+        write!(f, "{}x{}", self.width, self.height)
     }
 }
 

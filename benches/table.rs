@@ -6,16 +6,22 @@ use crate::subject::Subject;
 use crate::umbel_engine::KEEPING;
 
 /// Prints all engines, and the best of each.
-pub(crate) fn print(subject: &Subject, measured: &[Measured], best: &[Best]) {
-    let dropped = if subject.dropped > 0 {
-        format!(" ({} without area left out)", subject.dropped)
-    } else {
-        String::new()
-    };
-    println!("\n{}, {}, {} triangles{dropped}", subject.name, subject.size(), subject.triangles.len());
+pub(crate) fn print<S: Subject>(subject: &S, measured: &[Measured], best: &[Best]) {
+    let model = subject.model();
+    let dropped =
+        if model.dropped > 0 { format!(" ({} without area left out)", model.dropped) } else { String::new() };
     println!(
-        "{:<28}{:>10}{:>10}{:>10}{:>9}{:>10}{:>10}",
-        "engine", "build ms", "trace ms", "total ms", "ratio", "ids eq %", "t eq %"
+        "\n{}, {}, {} rays, {} triangles{dropped}",
+        model.name,
+        subject.shape(),
+        subject.rays(),
+        model.triangles.len()
+    );
+    let shares = measured.first().map_or(&[][..], |umbel| &umbel.agreement);
+    let headings: String = shares.iter().map(|share| format!("{:>12}", share.heading)).collect();
+    println!(
+        "{:<28}{:>10}{:>10}{:>10}{:>9}{headings}",
+        "engine", "build ms", "trace ms", "total ms", "ratio"
     );
     let umbel = measured.first().map_or(f64::NAN, |umbel| umbel.median(Times::total));
     for engine in measured {
@@ -24,15 +30,15 @@ pub(crate) fn print(subject: &Subject, measured: &[Measured], best: &[Best]) {
             true => "before".to_owned(),
             false => format!("{:.2}", engine.median(|times| times.build)),
         };
+        let shares = engine.agreement.iter();
+        let shares: String = shares.map(|share| format!("{:>12.4}", 100.0 * share.of_all)).collect();
         println!(
-            "{:<28}{:>10}{:>10.2}{:>10.2}{:>9.2}{:>10.4}{:>10.4}",
+            "{:<28}{:>10}{:>10.2}{:>10.2}{:>9.2}{shares}",
             engine.name,
             build,
             engine.median(|times| times.trace),
             total,
             total / umbel,
-            100.0 * engine.agreement.ids_equal,
-            100.0 * engine.agreement.ts_equal,
         );
     }
     let kept = measured.iter().find(|engine| engine.name == KEEPING);

@@ -1,12 +1,13 @@
-//! umbel: from positions and indices to ids and distances in one call, from scratch or with the order of the triangles kept
-//! from the round before. As with the others, the memory of the answer is kept.
+//! umbel: from positions and indices to the answer in one call, from scratch or with the order of the triangles kept
+//! from the round before. As with the others, the memory of ids and distances is kept.
 
 use umbel::{Frame, Options, Triangles};
 
 use crate::Result;
-use crate::answer::Answer;
-use crate::engine::{Engine, Times, timed};
-use crate::subject::Subject;
+use crate::answer::{Blocked, Hits};
+use crate::engine::{Engine, Times, Variant, timed};
+use crate::picture::Picture;
+use crate::shadow::Shadow;
 
 /// The name of the engine that keeps the order.
 pub(crate) const KEEPING: &str = "umbel-keep-order";
@@ -30,7 +31,7 @@ impl Umbel {
     }
 }
 
-impl Engine for Umbel {
+impl Variant for Umbel {
     fn name(&self) -> &str {
         self.name
     }
@@ -38,14 +39,27 @@ impl Engine for Umbel {
     fn prebuilt(&self) -> bool {
         self.name == KEEPING
     }
+}
 
-    fn run(&mut self, subject: &Subject, answer: &mut Answer) -> Result<Times> {
-        let triangles = Triangles::new(&subject.positions, &subject.triangles)?;
+impl Engine<Picture> for Umbel {
+    fn run(&mut self, picture: &Picture, answer: &mut Hits) -> Result<Times> {
+        let triangles = Triangles::new(&picture.model.positions, &picture.model.triangles)?;
         let (trace, stats) =
-            timed(|| self.frame.closest_hit(&triangles, &subject.pencil, &Options::default()));
+            timed(|| self.frame.closest_hit(&triangles, &picture.pencil, &Options::default()));
         stats?;
         answer.ids.copy_from_slice(self.frame.hits().ids());
         answer.ts.copy_from_slice(self.frame.hits().ts());
+        Ok(Times { build: 0.0, trace })
+    }
+}
+
+impl Engine<Shadow> for Umbel {
+    fn run(&mut self, shadow: &Shadow, answer: &mut Blocked) -> Result<Times> {
+        let triangles = Triangles::new(&shadow.model.positions, &shadow.model.triangles)?;
+        let (trace, found) =
+            timed(|| self.frame.shadowed(&triangles, shadow.light, &shadow.receivers, &Options::default()));
+        let (shadowed, _) = found?;
+        shadow.rays.put_in_order(&shadowed, answer);
         Ok(Times { build: 0.0, trace })
     }
 }

@@ -1,4 +1,4 @@
-//! From a name to a scene and its camera: scenes.json, files and built-in scenes.
+//! From a name to a scene, its camera and its light: scenes.json, files and built-in scenes.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use crate::Result;
 /// The vertical angle where nothing else is said, in degrees.
 const DEFAULT_FOV: f64 = 45.0;
 
-/// A scene and how it is looked at.
+/// A scene, how it is looked at and how it is lit.
 #[derive(Debug, Clone)]
 pub(crate) struct View {
     pub(crate) name: String,
@@ -20,6 +20,8 @@ pub(crate) struct View {
     axes: Option<[DVec3; 3]>,
     /// Vertical, in degrees.
     fov: f64,
+    /// A point light.
+    light: Option<DVec3>,
 }
 
 /// The scenes that a folder describes.
@@ -55,7 +57,7 @@ impl View {
         let scene = load(name, LoadOptions::default())?;
         if let Some(view) = name.strip_prefix("builtin:").and_then(builtin_view) {
             let axes = Some([view.eye, view.target, view.up].map(DVec3::from_array));
-            return Ok(Self { name: name.to_owned(), scene, axes, fov: view.fov_degrees });
+            return Ok(Self { name: name.to_owned(), scene, axes, fov: view.fov_degrees, light: None });
         }
         let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
         let stem = stem.unwrap_or_else(|| name.to_owned());
@@ -72,7 +74,14 @@ impl View {
         let axes = vector("eye").zip(vector("target"));
         let axes = axes.map(|(eye, target)| [eye, target, vector("up").unwrap_or(DVec3::Y)]);
         let fov = entry["fov"].as_f64().unwrap_or(DEFAULT_FOV);
-        Self { name: name.to_owned(), scene, axes, fov }
+        Self { name: name.to_owned(), scene, axes, fov, light: vector("light") }
+    }
+
+    /// The given light, or that of scenes.json moved to the nearest f32 point.
+    pub(crate) fn light(&self, given: Option<[f32; 3]>) -> Result<[f32; 3]> {
+        let known = self.light.map(|light| light.as_vec3().to_array());
+        let missing = || format!("{}: there is no light in scenes.json; give --light X,Y,Z", self.name);
+        Ok(given.or(known).ok_or_else(missing)?)
     }
 
     /// The camera of a picture: the given one, or umbel's default framing.
