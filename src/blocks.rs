@@ -20,8 +20,7 @@ use std::ops::Range;
 use fearless_simd::prelude::*;
 
 use crate::depth::precedes;
-use crate::film::Sampling;
-use crate::hierarchical_z::{BLOCK_SIDE, HierarchicalZ, TILE_SIDE};
+use crate::hierarchical_z::{BLOCK_SIDE, TILE_SIDE};
 use crate::lanes::{LANES, Narrow, bits};
 use crate::leaf::{FilmQuery, LeafDepth, Tile};
 use crate::pencil::Origin;
@@ -33,8 +32,8 @@ use crate::{Accuracy, Stats};
 
 /// 0 to 7.
 const COLUMNS: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-/// The first columns of the blocks, and half of what lies between their first and last.
-const FIRSTS: [f32; LANES] = [0.0, 8.0, 16.0, 24.0, 32.0, 40.0, 48.0, 56.0];
+/// The middle columns of the blocks, and half of their width.
+const MIDDLES: [f32; LANES] = [3.5, 11.5, 19.5, 27.5, 35.5, 43.5, 51.5, 59.5];
 const HALF: f32 = 3.5;
 
 /// Edge functions are certain beyond ±1. Their range over a block adds a few roundings of at most a fifth of that each.
@@ -77,8 +76,14 @@ struct Primitive {
 
 impl LeafDepth for TileDepth {
     #[inline(always)]
-    fn blocks(&self) -> &HierarchicalZ {
-        &self.blocks
+    fn hides(&self, key: f64) -> bool {
+        self.blocks.hides(key)
+    }
+
+    /// All of the rays are one part.
+    #[inline(always)]
+    fn meets<S: Simd>(&self, simd: S, rect: Rect, key: f32) -> u64 {
+        u64::from(!self.blocks.hides_in_rect(simd, rect, key))
     }
 
     #[inline(always)]
@@ -91,7 +96,7 @@ impl LeafDepth for TileDepth {
         tile: &mut Tile<'_, Self>,
         simd: S,
         (id, lane): (u32, usize),
-        rect: Rect,
+        (rect, _): (Rect, u64),
         greatest: f32,
         stats: &mut Stats,
     ) {
@@ -113,39 +118,6 @@ impl LeafDepth for TileDepth {
             depth.record(Record::new(id, [c, x, y], error));
             depth.blocks.mark_stale(rect.y0..rect.y1);
         }
-    }
-}
-
-impl<D: LeafDepth> Tile<'_, D> {
-    /// Of some blocks of a row of blocks: those that a triangle may meet, given its lane and an upper bound of its keys, and
-    /// those on which all rays are inside.
-    #[inline(always)]
-    pub(crate) fn classify<S: Simd>(
-        &self,
-        simd: S,
-        (lane, greatest): (usize, f32),
-        by: u32,
-        blocks: u64,
-    ) -> (u64, u64) {
-        let lane = lane % LANES;
-        let setups = &self.work.setups;
-        // From the first to the last column, or to the next block's first.
-        let half = if self.query.sampling == Sampling::Grid { HALF } else { HALF + 0.5 };
-        let x = Narrow::load_array(simd, FIRSTS) + half;
-        let y = (by * BLOCK_SIDE) as f32 + half;
-        let certain = Narrow::simd_from(simd, CERTAIN_ON_BLOCK);
-        let (mut met, mut inside) = (blocks, blocks);
-        for parts in &setups.edges {
-            let middle = Columns::new(simd, x, parts, lane).at(y);
-            let range = (parts[1][lane].abs() + parts[2][lane].abs()) * half;
-            met &= !(middle + range).simd_lt(-certain).to_bitmask();
-            inside &= (middle - range).simd_gt(certain).to_bitmask();
-        }
-        let [_, along_x, along_y] = &setups.slope;
-        let range = (along_x[lane].abs() + along_y[lane].abs()) * half;
-        let nearest = Columns::new(simd, x, &setups.slope, lane).at(y) + (range + setups.bounds[1][lane]);
-        met &= !nearest.min(greatest).simd_lt(self.work.depth.blocks().far(simd, by)).to_bitmask();
-        (met, inside & met)
     }
 }
 
@@ -175,6 +147,29 @@ impl Tile<'_, TileDepth> {
             }
         }
         hit
+    }
+
+    /// Of some blocks of a row of blocks: those that a triangle may meet, given its lane and an upper bound of its keys, and
+    /// those on which all rays are inside.
+    #[inline(always)]
+    fn classify<S: Simd>(&self, simd: S, (lane, greatest): (usize, f32), by: u32, blocks: u64) -> (u64, u64) {
+        let lane = lane % LANES;
+        let setups = &self.work.setups;
+        let x = Narrow::load_array(simd, MIDDLES);
+        let y = (by * BLOCK_SIDE) as f32 + HALF;
+        let certain = Narrow::simd_from(simd, CERTAIN_ON_BLOCK);
+        let (mut met, mut inside) = (blocks, blocks);
+        for parts in &setups.edges {
+            let middle = Columns::new(simd, x, parts, lane).at(y);
+            let range = (parts[1][lane].abs() + parts[2][lane].abs()) * HALF;
+            met &= !(middle + range).simd_lt(-certain).to_bitmask();
+            inside &= (middle - range).simd_gt(certain).to_bitmask();
+        }
+        let [_, along_x, along_y] = &setups.slope;
+        let range = (along_x[lane].abs() + along_y[lane].abs()) * HALF;
+        let nearest = Columns::new(simd, x, &setups.slope, lane).at(y) + (range + setups.bounds[1][lane]);
+        met &= !nearest.min(greatest).simd_lt(self.work.depth.blocks.far(simd, by)).to_bitmask();
+        (met, inside & met)
     }
 
     /// Tests one triangle against eight columns of some rows of rays, all of them `INSIDE` its edges or not; tells whether

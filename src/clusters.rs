@@ -17,7 +17,6 @@ use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::cells::{CLUSTER, Cells, ToTile};
 use crate::film::Sampling;
 use crate::footprints::Pixels;
 use crate::frustum::{Interval, Projection};
@@ -27,6 +26,7 @@ use crate::hits::NO_TRIANGLE;
 use crate::leaf::{FilmQuery, Tile, Workspace};
 use crate::light_order::LightGrid;
 use crate::order::{along_curve, bytes_for};
+use crate::packets::{CLUSTER, Packets, ToTile};
 use crate::pencil::Origin;
 use crate::piercings::Plane;
 use crate::recursion::intersect_objects;
@@ -57,16 +57,16 @@ struct ShadowQuery<'a> {
 
 /// What a thread keeps from cluster to cluster.
 struct Scratch<'a> {
-    work: Box<Workspace<Cells<'a>>>,
+    work: Box<Workspace<Packets<'a>>>,
     seen: Box<Sightings>,
 }
 
 impl Scratch<'_> {
     /// Bytes of it.
-    const BYTES: usize = Workspace::<Cells<'_>>::bytes(KEPT) + size_of::<Sightings>() + size_of::<Self>();
+    const BYTES: usize = Workspace::<Packets<'_>>::bytes(KEPT) + size_of::<Sightings>() + size_of::<Self>();
 
     fn new() -> Self {
-        Self { work: Workspace::new(Cells::new(), KEPT), seen: Box::new(Sightings::new()) }
+        Self { work: Workspace::new(Packets::new(), KEPT), seen: Box::new(Sightings::new()) }
     }
 }
 
@@ -134,7 +134,7 @@ impl<'a> ShadowQuery<'a> {
     }
 
     /// Tests all triangles with the receivers of a film.
-    fn tile(self, film: &FaceFilm, work: &mut Workspace<Cells<'a>>) -> Stats {
+    fn tile(self, film: &FaceFilm, work: &mut Workspace<Packets<'a>>) -> Stats {
         let Self { triangles, light, runs, accuracy, level, .. } = self;
         let FaceFilm { film, projection, .. } = film;
         let pixels = &Pixels::new(projection, film, Sampling::Scattered);

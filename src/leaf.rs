@@ -3,7 +3,7 @@
 //! 1. Project the corners of the run to columns and rows, unless a neighbouring tile has done so, see
 //!    [`crate::footprints`]; drop triangles that fall between or beside the rays or lie behind all that they have hit.
 //! 2. What is left waits until there are eight triangles.
-//! 3. Set them up, see [`crate::setup`], and evaluate them: see [`crate::blocks`] for pixels, [`crate::cells`] for
+//! 3. Set them up, see [`crate::setup`], and evaluate them: see [`crate::blocks`] for pixels, [`crate::packets`] for
 //!    receivers.
 //!
 //! Tried and dropped: putting off triangles seen from behind to the end of a tile, when most are hidden. 13 % fewer set-ups
@@ -21,7 +21,6 @@ use crate::film::Sampling;
 use crate::footprints::{Footprints, Pixels};
 use crate::frustum::{Frustum, Interval, Projection};
 use crate::gather;
-use crate::hierarchical_z::HierarchicalZ;
 use crate::lanes::{Boxes, LANES, Points, bits};
 use crate::pencil::Origin;
 use crate::runs::Runs;
@@ -49,23 +48,23 @@ pub(crate) struct FilmQuery<'a> {
 
 /// What is known of the rays of a tile: where they are, and how far something must be to matter.
 pub(crate) trait LeafDepth: Sized {
-    /// The farthest of blocks of rays.
-    fn blocks(&self) -> &HierarchicalZ;
+    /// Whether something whose keys are at most `key` is hidden from all rays.
+    fn hides(&self, key: f64) -> bool;
 
-    /// Whether something in a small rectangle whose keys are at most `key` is hidden: closer than blocks can tell.
-    fn hides_closely(&self, _rect: Rect, _key: f32) -> bool {
-        false
-    }
+    /// Which parts of the rays something in a rectangle may meet, as bits; none, where it is hidden from all of them. Its
+    /// keys are at most `key`.
+    fn meets<S: Simd>(&self, simd: S, rect: Rect, key: f32) -> u64;
 
-    /// Brings it up to date.
+    /// Brings up to date what hides things.
     fn refresh<S: Simd>(&mut self, simd: S);
 
-    /// Tests one triangle, set up in a lane, against a rectangle of rays; its keys are at most `greatest`.
+    /// Tests one triangle, set up in a lane, against a rectangle of rays and the parts that it may meet; its keys are at
+    /// most `greatest`.
     fn rasterize<S: Simd>(
         tile: &mut Tile<'_, Self>,
         simd: S,
         triangle: (u32, usize),
-        rect: Rect,
+        met: (Rect, u64),
         greatest: f32,
         stats: &mut Stats,
     );
@@ -95,7 +94,7 @@ impl<D> Workspace<D> {
             waiting: Waiting {
                 ids: [0; LANES],
                 count: 0,
-                rects: [Rect { x0: 0, y0: 0, x1: 0, y1: 0 }; LANES],
+                met: [(Rect { x0: 0, y0: 0, x1: 0, y1: 0 }, 0); LANES],
                 greatest: [0.0; LANES],
                 irregular: 0,
                 reaches: [DVec3::ZERO; 2],
@@ -115,8 +114,8 @@ impl<D> Workspace<D> {
 struct Waiting {
     ids: [u32; LANES],
     count: usize,
-    /// The rays of the tile that they may meet.
-    rects: [Rect; LANES],
+    /// The rays of the tile that they may meet, and which parts of them.
+    met: [(Rect, u64); LANES],
     /// Upper bounds of their keys.
     greatest: [f32; LANES],
     /// Those with irregular corners, as bits.
@@ -159,7 +158,7 @@ impl<'a, D: LeafDepth> Tile<'a, D> {
 
     /// Whether what lies no nearer than `t` is hidden from all rays.
     pub(crate) fn hides(&self, t: f64) -> bool {
-        self.work.depth.blocks().hides(greatest_key(self.query.origin, t))
+        self.work.depth.hides(greatest_key(self.query.origin, t))
     }
 
     /// Tests a run of triangles within a box against all rays; some of them wait for [`Tile::finish`].
@@ -192,15 +191,15 @@ impl<'a, D: LeafDepth> Tile<'a, D> {
         let irregular = self.work.footprints.irregular(run);
         for lane in bits(self.work.footprints.meeting(simd, pixels, run, self.rect)) {
             let (rect, greatest) = self.work.footprints.within(pixels, (run, lane), self.rect);
-            let depth = &self.work.depth;
-            if depth.blocks().hides_in_rect(simd, rect, greatest) || depth.hides_closely(rect, greatest) {
+            let met = self.work.depth.meets(simd, rect, greatest);
+            if met == 0 {
                 continue;
             }
             let waiting = &mut self.work.waiting;
             let place = waiting.count % LANES;
             waiting.ids[place] = runs.id(run, lane);
             waiting.count += 1;
-            (waiting.rects[place], waiting.greatest[place]) = (rect, greatest);
+            (waiting.met[place], waiting.greatest[place]) = ((rect, met), greatest);
             waiting.irregular |= (irregular >> lane & 1) << place;
             let [film, tile] = &mut waiting.reaches;
             (*film, *tile) = (film.max(reaches[0]), tile.max(reaches[1]));
@@ -229,9 +228,9 @@ impl<'a, D: LeafDepth> Tile<'a, D> {
         let exact = |lane: usize| exact_side(origin, &triangles.triangle(ids[lane % LANES]));
         set_up(simd, &self.rays, (corners, lanes), waiting.reaches[1], exact, setups);
         for lane in bits(setups.lanes) {
-            let Waiting { rects, greatest, .. } = &self.work.waiting;
-            let (id, rect, greatest) = (ids[lane], rects[lane], greatest[lane]);
-            D::rasterize(self, simd, (id, lane), rect, greatest, stats);
+            let Waiting { met, greatest, .. } = &self.work.waiting;
+            let (id, met, greatest) = (ids[lane], met[lane], greatest[lane]);
+            D::rasterize(self, simd, (id, lane), met, greatest, stats);
         }
         let waiting = &mut self.work.waiting;
         (waiting.count, waiting.irregular, waiting.reaches) = (0, 0, [DVec3::ZERO; 2]);

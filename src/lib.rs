@@ -13,7 +13,6 @@
 mod approx;
 mod blocks;
 mod bounds;
-mod cells;
 mod clusters;
 mod cone;
 mod departure;
@@ -34,6 +33,7 @@ mod leaf;
 mod light_order;
 mod options;
 mod order;
+mod packets;
 mod pencil;
 mod piercings;
 mod predicates;

@@ -16,10 +16,10 @@ use fearless_simd::{prelude::*, u32x8};
 use glam::DVec3;
 
 use crate::Aabb;
-use crate::cells::CLUSTER;
 use crate::gather;
 use crate::lanes::{LANES, Narrow};
 use crate::order::OnCurve;
+use crate::packets::CLUSTER;
 use crate::pencil::Origin;
 use crate::piercings::Plane;
 use crate::shadow::{Receiver, sample};

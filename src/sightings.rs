@@ -13,9 +13,9 @@
 use fearless_simd::prelude::*;
 use glam::DVec3;
 
-use crate::cells::CLUSTER;
 use crate::gather;
 use crate::lanes::{LANES, LaneMask, Lanes, Points, bits};
+use crate::packets::CLUSTER;
 use crate::pencil::Origin;
 use crate::piercings::Plane;
 use crate::shadow::Receiver;
