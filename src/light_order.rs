@@ -7,7 +7,9 @@
 //!
 //! Ordering takes a fifth to a third of a query. In the order of a picture's tiles instead, a cluster spans whatever lies
 //! side by side in the picture: 51 % more instructions on chess and 21 % on koala; 2 % fewer on sponza and 10 % on mines,
-//! where one surface fills many a tile. The areas that clusters cover did not tell these scenes apart.
+//! where one surface fills many a tile. The areas that clusters cover did not tell these scenes apart. Ordering packets of
+//! eight neighbours by their first takes an eighth of the time, but a packet across a silhouette widens the film of its
+//! cluster: 1.2 (mines) to 3.2 (chess) times the instructions in all.
 //!
 //! Based on: Guy Morton, "A Computer Oriented Geodetic Data Base", 1966; Gregory Johnson et al., "The Irregular Z-Buffer",
 //! 2005 (points sorted in the light's space).

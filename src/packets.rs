@@ -10,8 +10,8 @@
 //! f32 leaves doubt, the exact stage decides at once: that happens at edges, and wherever a surface is as far as the point. A
 //! point that is in shadow is done: its key becomes +∞. So what lies behind all points that are left is hidden from them.
 //!
-//! Tried and dropped: points sorted into a grid of cells. Sorting took a sixth of a query, and as points were to be ordered
-//! one by one for it, not by packets, another quarter went into that.
+//! Tried and dropped: points sorted into a grid of 32x32 cells instead of packets (3 to 5 % more instructions on sponza and
+//! mines, 2 and 7 % fewer on koala and chess).
 //!
 //! Based on: Gregory Johnson et al., "The Irregular Z-Buffer", 2005; Ingo Wald et al., "Interactive Rendering with Coherent Ray
 //! Tracing", 2001 (packets).

@@ -6,7 +6,7 @@
 //! The longer run takes that many times as many scenes:
 //!
 //! ```text
-//! UMBEL_SHADOWS_TIMES=50 cargo test --release -p umbel --test shadows -- --nocapture
+//! UMBEL_RECEIVERS_TIMES=50 cargo test --release -p umbel --test receivers -- --nocapture
 //! ```
 //!
 //! [`Triangles::leave`]: umbel::Triangles::leave
@@ -29,7 +29,7 @@ use umbel::{
 
 /// How many times as much as usual.
 fn times() -> usize {
-    std::env::var("UMBEL_SHADOWS_TIMES").map_or(1, |n| n.parse().expect("a number"))
+    std::env::var("UMBEL_RECEIVERS_TIMES").map_or(1, |n| n.parse().expect("a number"))
 }
 
 fn options(path: Path) -> Options {
