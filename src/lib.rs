@@ -33,6 +33,7 @@ mod leaf;
 mod light_order;
 mod options;
 mod order;
+mod packet_bounds;
 mod packets;
 mod pencil;
 mod piercings;

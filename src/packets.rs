@@ -21,6 +21,7 @@ use fearless_simd::{prelude::*, u32x8};
 use crate::hierarchical_z::least_of;
 use crate::lanes::{LANES, Lanes, Narrow, bits, narrow};
 use crate::leaf::{LeafDepth, Tile};
+use crate::packet_bounds::Bounds;
 use crate::setup::Setups;
 use crate::shadow::{Receiver, blocks};
 use crate::sightings::Sightings;
@@ -45,58 +46,6 @@ const KEY_LIMIT: f64 = 1e37;
 pub(crate) struct ToTile {
     pub(crate) at: [[f64; 2]; 2],
     pub(crate) depth: [f64; 2],
-}
-
-/// The rectangles of packets or groups, eight by eight: \[first column, first row, last column, last row\], and the least of
-/// their points' keys.
-#[derive(Debug)]
-struct Bounds<const N: usize> {
-    sides: [[[f32; LANES]; N]; 4],
-    far: [[f32; LANES]; N],
-}
-
-impl<const N: usize> Bounds<N> {
-    /// Of nothing.
-    const EMPTY: Self = Self {
-        sides: [
-            [[f32::INFINITY; LANES]; N],
-            [[f32::INFINITY; LANES]; N],
-            [[f32::NEG_INFINITY; LANES]; N],
-            [[f32::NEG_INFINITY; LANES]; N],
-        ],
-        far: [[f32::INFINITY; LANES]; N],
-    };
-
-    /// Those of eight, as bits, that meet a rectangle of columns and rows and are not nearer than `key`.
-    #[inline(always)]
-    fn meeting<S: Simd>(&self, simd: S, eight: usize, rect: &[f32; 4], key: f32) -> u64 {
-        let [x0, y0, x1, y1] = &self.sides;
-        let met = Narrow::load_array_ref(simd, &x0[eight]).simd_le(rect[2])
-            & Narrow::load_array_ref(simd, &y0[eight]).simd_le(rect[3])
-            & Narrow::load_array_ref(simd, &x1[eight]).simd_ge(rect[0])
-            & Narrow::load_array_ref(simd, &y1[eight]).simd_ge(rect[1])
-            & Narrow::load_array_ref(simd, &self.far[eight]).simd_le(key);
-        met.to_bitmask()
-    }
-
-    /// The sides around eight, and the least of their keys.
-    #[inline(always)]
-    fn union<S: Simd>(&self, simd: S, eight: usize) -> ([f32; 4], f32) {
-        let [x0, y0, x1, y1] = &self.sides;
-        let load = |lanes: &[f32; LANES]| Narrow::load_array_ref(simd, lanes);
-        let lo = [least_of(load(&x0[eight])), least_of(load(&y0[eight]))];
-        let hi = [-least_of(-load(&x1[eight])), -least_of(-load(&y1[eight]))];
-        ([lo[0], lo[1], hi[0], hi[1]], least_of(load(&self.far[eight])))
-    }
-
-    /// Keeps the sides and the least key of one.
-    #[inline(always)]
-    fn set(&mut self, index: usize, sides: [f32; 4], far: f32) {
-        for (all, side) in self.sides.iter_mut().zip(sides) {
-            all[index / LANES][index % LANES] = side;
-        }
-        self.far[index / LANES][index % LANES] = far;
-    }
 }
 
 /// The receivers of a tile.

@@ -184,9 +184,11 @@ fn pictures_of_whole_scenes() {
             assert!(shuffled.iter().map(|&k| answers[k]).eq(other), "{name} {light:?}");
             let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread");
             let narrow = Options { isa: Isa::Sse2, ..Options::default() };
-            let (other, _) =
+            let (other, stats) =
                 pool.install(|| shadowed(&triangles, light, &receivers, &narrow)).expect("in range");
             assert_eq!(answers, other, "{name} {light:?}");
+            let contract = 6 * triangles.len() + 24 * receivers.len() + (256 << 10);
+            assert!(stats.engine_bytes <= contract as u64, "{name} {light:?}: {}", stats.engine_bytes);
         }
     }
 }
