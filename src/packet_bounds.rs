@@ -40,6 +40,14 @@ impl<const N: usize> Bounds<N> {
         met.to_bitmask()
     }
 
+    /// The sides of eight, and the least of their keys.
+    #[inline(always)]
+    pub(crate) fn eight<S: Simd>(&self, simd: S, eight: usize) -> ([Narrow<S>; 4], Narrow<S>) {
+        let [x0, y0, x1, y1] = &self.sides;
+        let load = |lanes: &[f32; LANES]| Narrow::load_array_ref(simd, lanes);
+        ([load(&x0[eight]), load(&y0[eight]), load(&x1[eight]), load(&y1[eight])], load(&self.far[eight]))
+    }
+
     /// The sides around eight, and the least of their keys.
     #[inline(always)]
     pub(crate) fn union<S: Simd>(&self, simd: S, eight: usize) -> ([f32; 4], f32) {
