@@ -62,7 +62,6 @@ mod scene;
 mod shade;
 mod shadow;
 mod sweep;
-mod tiles;
 mod verify;
 mod visible;
 

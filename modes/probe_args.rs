@@ -10,6 +10,10 @@ use crate::camera_args::{LensArg, ViewArgs, refuse_first};
 use crate::parse::parse_vector;
 use crate::picture_args::PictureArgs;
 
+/// The sine of the angle to Z up to which up counts as along Z, for the view without a target. Where it lies is a matter of
+/// taste: level directions are accurate from 2⁻²⁰ on.
+const NEARLY_UP: f64 = 1e-3;
+
 /// The elevations of a LiDAR's rings without `fov=`, in degrees.
 const ELEVATIONS: [f64; 2] = [-15.0, 15.0];
 
@@ -111,7 +115,7 @@ impl ProbeArgs {
         let axis = (up / up.abs().max_element()).normalize_or_zero();
         let level = |towards: DVec3| towards - axis * towards.dot(axis);
         let ahead = level(DVec3::NEG_Z);
-        let forward = if ahead.length_squared() > 1e-6 { ahead } else { level(DVec3::X) };
+        let forward = if ahead.length() > NEARLY_UP { ahead } else { level(DVec3::X) };
         // As far away as the centre is from the origin: nearer, the sum would lose the direction.
         (self.center + forward * self.center.abs().max_element().max(1.0), up)
     }

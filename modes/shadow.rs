@@ -3,8 +3,7 @@
 //! A ray that hits a triangle sees one side of it. Where the light is not strictly on that side, decided exactly, the surface
 //! turns away from it and is in shadow without a ray. Else the point at which the triangle is left to that side
 //! ([`Triangles::leave`]) is a receiver: it lies on the triangle's plane or strictly on the light's side of it, and
-//! [`Frame::shadowed`] decides whether anything stands between. The receivers of a picture follow each other tile by tile, so
-//! that the engine finds neighbours together.
+//! [`Frame::shadowed`] decides whether anything stands between.
 //!
 //! A light is an [`Origin`], as that of a camera is. `Origin::Point(l)` is a point light. `Origin::Infinity(D)` is the
 //! sun: D is the direction in which its light travels, so the sun stands toward −D.
@@ -19,13 +18,12 @@ use umbel_core::{
 };
 
 use crate::camera::{Camera, Shot, on_origin_grid};
-use crate::tiles::tiles;
 use crate::{Error, Scene};
 
 /// The points that a camera sees and that may see a light: those of surfaces that turn to it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Receivers {
-    /// Where they lie, and on which triangles: neighbours follow each other.
+    /// Where they lie, and on which triangles, in the order of the rays.
     pub points: Vec<Receiver>,
     /// The index of the ray that sees each.
     pub rays: Vec<u32>,
@@ -86,8 +84,9 @@ pub fn receivers(
             }
         }
     };
-    let parts = tiles(pencil).into_par_iter().fold(none, |mut found, tile| {
-        tile.rays().for_each(|ray| of_ray(&mut found, ray));
+    // In range: a pencil has fewer than 2³² rays.
+    let parts = (0..pencil.len() as u32).into_par_iter().fold(none, |mut found, ray| {
+        of_ray(&mut found, ray);
         found
     });
     Ok(join(parts.collect(), lights.len()))

@@ -26,6 +26,7 @@ use crate::leaf::{FilmQuery, LeafDepth, Tile};
 use crate::pencil::Origin;
 use crate::predicates::covers;
 use crate::ray::Ray;
+use crate::setup::Setups;
 use crate::tile_depth::{Candidate, Record, TileDepth};
 use crate::window::Rect;
 use crate::{Accuracy, Stats};
@@ -59,6 +60,41 @@ impl<S: Simd> Columns<S> {
     #[inline(always)]
     fn at(self, y: f32) -> Narrow<S> {
         self.start + self.along_y * y
+    }
+}
+
+/// The functions of a triangle on eight columns: its edges, its key but for the c, and bounds of that.
+struct OnColumns<S: Simd> {
+    edges: [Columns<S>; 3],
+    slope: Columns<S>,
+    lowest: Narrow<S>,
+    highest: Narrow<S>,
+}
+
+impl<S: Simd> OnColumns<S> {
+    /// On the columns from `x` on. No closures over vectors: they would lose the instruction set and be called, not inlined.
+    #[inline(always)]
+    fn new(simd: S, setups: &Setups, lane: usize, x: u32) -> Self {
+        let columns = Narrow::load_array(simd, COLUMNS) + x as f32;
+        let [one, two, three] = &setups.edges;
+        let [lowest, highest] = &setups.bounds;
+        Self {
+            edges: [
+                Columns::new(simd, columns, one, lane),
+                Columns::new(simd, columns, two, lane),
+                Columns::new(simd, columns, three, lane),
+            ],
+            slope: Columns::new(simd, columns, &setups.slope, lane),
+            lowest: Narrow::simd_from(simd, lowest[lane % LANES]),
+            highest: Narrow::simd_from(simd, highest[lane % LANES]),
+        }
+    }
+
+    /// The least edge function on a row.
+    #[inline(always)]
+    fn least_edge(&self, y: f32) -> Narrow<S> {
+        let [one, two, three] = self.edges;
+        one.at(y).min(two.at(y)).min(three.at(y))
     }
 }
 
@@ -185,27 +221,16 @@ impl Tile<'_, TileDepth> {
         let FilmQuery { origin, accuracy, any, .. } = self.query;
         let zero = Narrow::simd_from(simd, 0.0);
         let doubt = if accuracy == Accuracy::Exact { 1.0 } else { 0.0 };
-        let setups = &self.work.setups;
-        let columns = Narrow::load_array(simd, COLUMNS) + x as f32;
-        let lane = primitive.lane;
-        // No closures over vectors: they would lose the instruction set and be called, not inlined.
-        let [one, two, three] = &setups.edges;
-        let one = Columns::new(simd, columns, one, lane);
-        let two = Columns::new(simd, columns, two, lane);
-        let three = Columns::new(simd, columns, three, lane);
-        let [lowest, highest] = &setups.bounds;
-        let lowest = Narrow::simd_from(simd, lowest[lane % LANES]);
-        let highest = Narrow::simd_from(simd, highest[lane % LANES]);
-        let slope = Columns::new(simd, columns, &setups.slope, lane);
+        let triangle = OnColumns::new(simd, &self.work.setups, primitive.lane, x);
         stats.blocks += 1;
         stats.samples_tested += u64::from(rows.end - rows.start) * LANES as u64;
         let mut hit = false;
         for j in rows {
             let y = j as f32;
             // Not behind what the ray has hit, and not outside for certain.
-            let key = slope.at(y);
-            let (hi, near_lo) = (key + highest, self.work.depth.lo(simd, x, j));
-            let least = if INSIDE { zero } else { one.at(y).min(two.at(y)).min(three.at(y)) };
+            let key = triangle.slope.at(y);
+            let (hi, near_lo) = (key + triangle.highest, self.work.depth.lo(simd, x, j));
+            let least = if INSIDE { zero } else { triangle.least_edge(y) };
             let mut kept = hi.simd_ge(near_lo);
             if !INSIDE {
                 kept &= least.simd_ge(-doubt);
@@ -215,7 +240,7 @@ impl Tile<'_, TileDepth> {
                 continue;
             }
             // Before what the ray has hit, and inside, for certain.
-            let (lo, near_hi) = (key + lowest, self.work.depth.hi(simd, x, j));
+            let (lo, near_hi) = (key + triangle.lowest, self.work.depth.hi(simd, x, j));
             let mut sure = lo.simd_gt(near_hi);
             if !INSIDE {
                 sure &= least.simd_gt(doubt);

@@ -26,13 +26,13 @@ use crate::hits::NO_TRIANGLE;
 use crate::leaf::{FilmQuery, Tile, Workspace};
 use crate::light_order::LightGrid;
 use crate::order::{along_curve, bytes_for};
-use crate::packets::{CLUSTER, Packets, ToTile};
+use crate::packets::{CLUSTER, Packets};
 use crate::pencil::Origin;
 use crate::piercings::Plane;
 use crate::recursion::intersect_objects;
 use crate::runs::Runs;
 use crate::shadow::Receiver;
-use crate::sightings::Sightings;
+use crate::sightings::{Sightings, ToTile};
 use crate::window::Rect;
 use crate::{Accuracy, GridFilm, Hits, Stats, Triangles};
 

@@ -22,12 +22,12 @@
 use fearless_simd::{prelude::*, u32x8};
 
 use crate::hierarchical_z::least_of;
-use crate::lanes::{LANES, Lanes, Narrow, bits, narrow};
+use crate::lanes::{LANES, Narrow, bits};
 use crate::leaf::{LeafDepth, Tile};
 use crate::packet_bounds::Bounds;
 use crate::setup::Setups;
 use crate::shadow::{Receiver, blocks};
-use crate::sightings::Sightings;
+use crate::sightings::{Sightings, ToTile};
 use crate::window::Rect;
 use crate::{Accuracy, Stats};
 
@@ -43,18 +43,6 @@ const REFRESH: usize = 8;
 const FEW_GROUPS: u32 = 6;
 /// Edge functions are certain beyond ±1; the order of sums at a corner adds less than that again.
 const CERTAIN_ON_RECT: f32 = 2.0;
-
-/// Rounding a key to f32, with its own error of a few roundings of f64.
-const KEY_SLACK: f32 = 1.0 / (1 << 22) as f32;
-/// Keys beyond this are as good as infinite.
-const KEY_LIMIT: f64 = 1e37;
-
-/// What makes columns, rows and keys of places and depths: (x − offset)·factor for each.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct ToTile {
-    pub(crate) at: [[f64; 2]; 2],
-    pub(crate) depth: [f64; 2],
-}
 
 /// The receivers of a tile.
 #[derive(Debug)]
@@ -107,8 +95,8 @@ impl<'a> Packets<'a> {
         (self.receivers, self.count, self.settled) = (receivers, seen.count, 0);
         (self.packets, self.groups) = (Bounds::EMPTY, Bounds::EMPTY);
         for (packet, first) in (0..seen.count).step_by(LANES).enumerate() {
-            let [x, y] = places_of(simd, seen, first, to_tile);
-            let (lo, hi) = keys_of(simd, seen, first, to_tile);
+            let [x, y] = seen.places_on(simd, first, to_tile);
+            let (lo, hi) = seen.keys_on(simd, first, to_tile);
             let eight = first..first + LANES;
             x.store_slice(&mut self.at[0][eight.clone()]);
             y.store_slice(&mut self.at[1][eight.clone()]);
@@ -232,33 +220,6 @@ impl<S: Simd> Functions<S> {
         let key = x * self.slope[0] + self.slope[1] * y;
         (key + self.bounds[0], key + self.bounds[1])
     }
-}
-
-/// Columns and rows of eight receivers.
-#[inline(always)]
-fn places_of<S: Simd>(simd: S, seen: &Sightings, first: usize, to_tile: &ToTile) -> [Narrow<S>; 2] {
-    let mut places = [Narrow::simd_from(simd, 0.0); 2];
-    for (axis, place) in places.iter_mut().enumerate() {
-        let at = Lanes::from_slice(simd, &seen.at[axis][first..first + LANES]);
-        let [offset, factor] = to_tile.at[axis];
-        *place = narrow((at - offset) * factor);
-    }
-    places
-}
-
-/// Bounds of the keys of eight receivers in f32. The lower ones are finite or −∞: +∞ marks what is settled.
-#[inline(always)]
-fn keys_of<S: Simd>(simd: S, seen: &Sightings, first: usize, to_tile: &ToTile) -> (Narrow<S>, Narrow<S>) {
-    let depth = Lanes::from_slice(simd, &seen.depth[first..first + LANES]);
-    let [offset, factor] = to_tile.depth;
-    let key = (depth - offset) * factor;
-    let limit = Lanes::simd_from(simd, KEY_LIMIT);
-    let infinite = Narrow::simd_from(simd, f32::INFINITY);
-    let rounded = narrow(key.min(limit).max(-limit));
-    let slack = rounded.abs() * KEY_SLACK + f32::MIN_POSITIVE;
-    let is_less = rounded.simd_lt(KEY_LIMIT as f32);
-    let is_more = rounded.simd_gt(-KEY_LIMIT as f32);
-    (is_more.select(rounded - slack, -infinite), is_less.select(rounded + slack, infinite))
 }
 
 impl LeafDepth for Packets<'_> {

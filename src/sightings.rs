@@ -14,11 +14,23 @@ use fearless_simd::prelude::*;
 use glam::DVec3;
 
 use crate::gather;
-use crate::lanes::{LANES, LaneMask, Lanes, Points, bits};
+use crate::lanes::{LANES, LaneMask, Lanes, Narrow, Points, bits, narrow};
 use crate::packets::CLUSTER;
 use crate::pencil::Origin;
 use crate::piercings::Plane;
 use crate::shadow::Receiver;
+
+/// Rounding a key to f32, with its own error of a few roundings of f64.
+const KEY_SLACK: f32 = 1.0 / (1 << 22) as f32;
+/// Keys beyond this are as good as infinite.
+const KEY_LIMIT: f64 = 1e37;
+
+/// What makes columns, rows and keys of places and depths: (x − offset)·factor for each.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ToTile {
+    pub(crate) at: [[f64; 2]; 2],
+    pub(crate) depth: [f64; 2],
+}
 
 /// The receivers of a cluster on one face.
 #[derive(Debug)]
@@ -33,11 +45,11 @@ pub(crate) struct Sightings {
 }
 
 /// Eight receivers.
-pub(crate) struct Eight<S: Simd> {
-    pub(crate) at: [Lanes<S>; 2],
+struct Eight<S: Simd> {
+    at: [Lanes<S>; 2],
     depth: Lanes<S>,
     /// The number of the face, see [`Plane::face`].
-    pub(crate) face: Lanes<S>,
+    face: Lanes<S>,
 }
 
 impl Sightings {
@@ -112,11 +124,38 @@ impl Sightings {
         let axis = |k: usize| [least(lo[k].to_array()), greatest(hi[k].to_array())];
         ([axis(0), axis(1)], greatest(size.to_array()))
     }
+
+    /// Columns and rows of eight receivers from one on.
+    #[inline(always)]
+    pub(crate) fn places_on<S: Simd>(&self, simd: S, first: usize, to_tile: &ToTile) -> [Narrow<S>; 2] {
+        let mut places = [Narrow::simd_from(simd, 0.0); 2];
+        for (axis, place) in places.iter_mut().enumerate() {
+            let at = Lanes::from_slice(simd, &self.at[axis][first..first + LANES]);
+            let [offset, factor] = to_tile.at[axis];
+            *place = narrow((at - offset) * factor);
+        }
+        places
+    }
+
+    /// Bounds of their keys in f32. The lower ones are finite or −∞: +∞ is left to mark what is settled.
+    #[inline(always)]
+    pub(crate) fn keys_on<S: Simd>(&self, simd: S, first: usize, to_tile: &ToTile) -> (Narrow<S>, Narrow<S>) {
+        let depth = Lanes::from_slice(simd, &self.depth[first..first + LANES]);
+        let [offset, factor] = to_tile.depth;
+        let key = (depth - offset) * factor;
+        let limit = Lanes::simd_from(simd, KEY_LIMIT);
+        let infinite = Narrow::simd_from(simd, f32::INFINITY);
+        let rounded = narrow(key.min(limit).max(-limit));
+        let slack = rounded.abs() * KEY_SLACK + f32::MIN_POSITIVE;
+        let is_less = rounded.simd_lt(KEY_LIMIT as f32);
+        let is_more = rounded.simd_gt(-KEY_LIMIT as f32);
+        (is_more.select(rounded - slack, -infinite), is_less.select(rounded + slack, infinite))
+    }
 }
 
 /// Sees eight points.
 #[inline(always)]
-pub(crate) fn see_eight<S: Simd>(simd: S, light: Origin, points: Points<S>) -> Eight<S> {
+fn see_eight<S: Simd>(simd: S, light: Origin, points: Points<S>) -> Eight<S> {
     match light {
         Origin::Point(light) => from_point(simd, points.minus(Points::splat(simd, light))),
         Origin::Infinity(direction) => along(simd, points, direction),
