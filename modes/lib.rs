@@ -21,9 +21,10 @@
 //! ```
 
 pub use umbel_core::{
-    Aabb, Accuracy, Cone, Film, Frame, Frustum, GridFilm, Hit, Hits, Isa, NO_TRIANGLE, Options, Origin, Path,
-    Pencil, Ray, Rays, Receiver, Segment, Side, Stats, TileStats, TriangleId, Triangles, any_hit, blocked,
-    closest_hit, glam, shadowed,
+    Aabb, Above, Accuracy, Cone, Film, Frame, Frustum, GridFilm, Grouping, Hemisphere, Hit, Hits, Isa,
+    NO_TRIANGLE, Occlusion, OpenRays, Options, Origin, Path, Pencil, Ray, RaySample, RaySamples, Rays,
+    Receiver, Segment, Side, Stats, TileStats, TriangleId, Triangles, any_hit, blocked, closest_hit, glam,
+    open_rays, shadowed,
 };
 
 mod builtin;

@@ -72,6 +72,28 @@ pub enum Error {
         reason: &'static str,
     },
 
+    /// A receiver on a triangle that does not exist.
+    #[error("receiver {receiver} lies on triangle {triangle}, which does not exist")]
+    ReceiverTriangle {
+        /// Index of the receiver.
+        receiver: usize,
+        /// The triangle that it names.
+        triangle: u32,
+    },
+
+    /// A normal with a NaN or an infinite component.
+    #[error("the normal of receiver {receiver} is not finite: {normal:?}")]
+    Normal {
+        /// Index of the receiver.
+        receiver: usize,
+        /// The normal as given.
+        normal: [f32; 3],
+    },
+
+    /// Rays are to be grouped by direction, but each receiver has directions of its own.
+    #[error("receivers that have directions of their own cannot be grouped by direction")]
+    NoCommonDirections,
+
     /// Instructions that this machine does not have.
     #[error("this machine has no {isa} instructions")]
     Isa {

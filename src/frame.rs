@@ -8,7 +8,9 @@
 //! 2011 (a permutation is all that remains).
 
 use crate::runs::Order;
-use crate::{Error, Hits, Options, Origin, Rays, Receiver, Stats, TileStats, Triangles, query};
+use crate::{
+    Error, Hits, Occlusion, OpenRays, Options, Origin, Rays, Receiver, Stats, TileStats, Triangles, query,
+};
 
 /// Hits, and what the next query may use again.
 ///
@@ -78,6 +80,22 @@ impl Frame {
             self.order = None;
         }
         query::run_shadowed(triangles, (light, receivers), options, self)
+    }
+
+    /// Finds which rays of receivers are open, as [`crate::open_rays`] does. The hits of this frame stay what they are.
+    ///
+    /// # Errors
+    /// As [`crate::open_rays`].
+    pub fn open_rays(
+        &mut self,
+        triangles: &Triangles<'_>,
+        occlusion: &Occlusion<'_>,
+        options: &Options,
+    ) -> Result<(OpenRays, Stats), Error> {
+        if !self.keeps_order {
+            self.order = None;
+        }
+        query::run_open_rays(triangles, occlusion, options, self)
     }
 
     /// The hits of the last query.

@@ -23,6 +23,7 @@
 use std::mem::size_of;
 
 use crate::depth::precedes;
+use crate::hemisphere::AmbientRay;
 use crate::hits::NO_TRIANGLE;
 use crate::pencil::Origin;
 use crate::predicates::{Distance, covers, within_interval};
@@ -61,6 +62,8 @@ pub(crate) enum Probes<'a> {
     Segments(&'a [Segment]),
     /// A light and what it may not see.
     Shadows(Origin, &'a [Receiver]),
+    /// Rays that leave receivers: any triangle that blocks one will do.
+    Ambient(&'a [AmbientRay]),
 }
 
 impl Probes<'_> {
@@ -69,6 +72,7 @@ impl Probes<'_> {
             Self::Rays(rays) => rays.len(),
             Self::Segments(segments) => segments.len(),
             Self::Shadows(_, receivers) => receivers.len(),
+            Self::Ambient(rays) => rays.len(),
         }
     }
 
@@ -78,6 +82,7 @@ impl Probes<'_> {
             Self::Rays(rays) => rays.ray(index),
             Self::Segments(segments) => segments[index as usize].as_ray(),
             Self::Shadows(light, receivers) => culling_ray(*light, &receivers[index as usize]),
+            Self::Ambient(rays) => rays[index as usize].ray,
         }
     }
 }
@@ -198,6 +203,12 @@ impl Query<'_> {
                     Probes::Shadows(light, receivers) => {
                         let receiver = &receivers[active.ray as usize];
                         if blocks(light, receiver, (id, &triangle), &mut stats.ambiguous_coverage) {
+                            active.id = id;
+                        }
+                    }
+                    Probes::Ambient(rays) => {
+                        let ray = &rays[active.ray as usize];
+                        if ray.is_blocked_by(id, &triangle, &mut stats.ambiguous_coverage) {
                             active.id = id;
                         }
                     }

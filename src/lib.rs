@@ -10,6 +10,7 @@
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
 //! 2011.
 
+mod ambient;
 mod approx;
 mod blocks;
 mod bounds;
@@ -25,6 +26,7 @@ mod frame;
 mod frustum;
 mod gather;
 mod general;
+mod hemisphere;
 mod hierarchical_z;
 mod hits;
 mod isa;
@@ -62,6 +64,7 @@ pub use triangles::{TriangleId, Triangles};
 
 pub use departure::Side;
 pub use film::{Film, GridFilm};
+pub use hemisphere::{Above, Grouping, Hemisphere, Occlusion, OpenRays, RaySample, RaySamples};
 pub use pencil::{Origin, Pencil, Rays};
 pub use ray::Ray;
 pub use segment::Segment;
@@ -75,5 +78,5 @@ pub use frame::Frame;
 pub use hits::{Hit, Hits, NO_TRIANGLE};
 pub use isa::Isa;
 pub use options::{Accuracy, Options, Path};
-pub use query::{any_hit, blocked, closest_hit, shadowed};
+pub use query::{any_hit, blocked, closest_hit, open_rays, shadowed};
 pub use stats::{Stats, TileStats};

@@ -8,8 +8,8 @@ use crate::general::{self, Probes};
 use crate::hits::NO_TRIANGLE;
 use crate::runs::Runs;
 use crate::{
-    Error, Frame, Hits, Options, Origin, Path, Ray, Rays, Receiver, Segment, Stats, Triangles, clusters,
-    recursion, shadow,
+    Error, Frame, Hits, Occlusion, OpenRays, Options, Origin, Path, Ray, Rays, Receiver, Segment, Stats,
+    Triangles, ambient, clusters, recursion, shadow,
 };
 
 /// Finds the nearest triangle along each ray: by exact t, then by the smaller id.
@@ -99,6 +99,35 @@ pub(crate) fn run_shadowed(
             (hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats)
         }
     })
+}
+
+/// Finds which rays of receivers are open: for ambient occlusion, with no bias. See [`Occlusion`].
+///
+/// Receivers may come in any order. Time about O(n + p log p + pk) for n triangles, p receivers and k rays of each; memory
+/// O(n + p), see [`Stats::engine_bytes`], and the answer.
+///
+/// # Errors
+/// When a receiver or a sample is out of range, there are too many receivers, directions are not common as the grouping
+/// asks, or the thread flushes subnormal numbers to zero.
+pub fn open_rays(
+    triangles: &Triangles<'_>,
+    occlusion: &Occlusion<'_>,
+    options: &Options,
+) -> Result<(OpenRays, Stats), Error> {
+    Frame::new().open_rays(triangles, occlusion, options)
+}
+
+/// The same with what the frame has.
+pub(crate) fn run_open_rays(
+    triangles: &Triangles<'_>,
+    occlusion: &Occlusion<'_>,
+    options: &Options,
+    _frame: &mut Frame,
+) -> Result<(OpenRays, Stats), Error> {
+    check_call(occlusion.hemispheres.len(), options)?;
+    occlusion.check(triangles)?;
+    let (words, stats) = in_pool(|| ambient::by_ray(triangles, occlusion))??;
+    Ok((OpenRays::new(occlusion.samples.count(), words), stats))
 }
 
 /// Checks the rays and takes the path of the options. Uses what the frame has, and leaves the answer there.
