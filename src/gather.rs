@@ -24,6 +24,34 @@ pub(crate) fn corners<S: Simd>(simd: S, triangles: &Triangles<'_>, ids: &[u32; L
     ]
 }
 
+/// The corners a, b and c of eight triangles, as x, y and z in f32.
+#[inline(always)]
+pub(crate) fn narrow_corners<S: Simd>(
+    simd: S,
+    triangles: &Triangles<'_>,
+    ids: &[u32; LANES],
+) -> [[Narrow<S>; 3]; 3] {
+    let mut vertices = [[0; 3]; LANES];
+    for (vertices, &id) in vertices.iter_mut().zip(ids) {
+        *vertices = triangles.vertices(id);
+    }
+    [
+        positions(simd, triangles, &vertices, 0),
+        positions(simd, triangles, &vertices, 1),
+        positions(simd, triangles, &vertices, 2),
+    ]
+}
+
+/// x, y and z of eight points.
+#[inline(always)]
+pub(crate) fn transposed_points<S: Simd>(simd: S, points: &[[f32; 3]; LANES]) -> [Narrow<S>; 3] {
+    let mut read = [f32x4::simd_from(simd, 0.0); LANES];
+    for (read, [x, y, z]) in read.iter_mut().zip(points) {
+        *read = f32x4::load_array(simd, [*x, *y, *z, 0.0]);
+    }
+    eight_transposed(read)
+}
+
 /// x, y and z of at most eight points; the last one is repeated.
 #[inline(always)]
 pub(crate) fn narrow_points<S: Simd>(simd: S, receivers: &[Receiver]) -> [Narrow<S>; 3] {

@@ -158,13 +158,16 @@ impl Occlusion<'_> {
         receiver: usize,
         ray: usize,
     ) -> Result<Option<AmbientRay>, Error> {
-        let hemisphere = &self.hemispheres[receiver];
-        let Receiver { point, triangle } = hemisphere.receiver;
         let sample = self.samples.of(receiver, ray);
-        let ray = sample.from(widen(point));
-        ray.check()?;
-        let is_above = hemisphere.is_above(triangles, sample.direction);
-        Ok(is_above.then_some(AmbientRay { ray, owner: triangle.0, back_faces: self.back_faces }))
+        let ray = self.untested_ray(receiver, &sample);
+        ray.ray.check()?;
+        Ok(self.hemispheres[receiver].is_above(triangles, sample.direction).then_some(ray))
+    }
+
+    /// A ray, whether it points above the surface or not.
+    pub(crate) fn untested_ray(&self, receiver: usize, sample: &RaySample) -> AmbientRay {
+        let Receiver { point, triangle } = self.hemispheres[receiver].receiver;
+        AmbientRay { ray: sample.from(widen(point)), owner: triangle.0, back_faces: self.back_faces }
     }
 }
 

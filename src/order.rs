@@ -3,7 +3,8 @@
 //! A triangle counts by its first corner. Cells of 32³ over the box of all positions are numbered along Lebesgue's (Morton's)
 //! curve. A counting sort, in parallel over chunks of the order given, brings the items into the order of cells; cells
 //! that hold many are sorted by finer cells of their own. Memory: 4 bytes per item for the permutation and
-//! 128 KiB per chunk; cells are computed twice instead of kept. For receivers see [`crate::light_order`].
+//! 128 KiB per chunk; cells are computed twice instead of kept. For receivers see [`crate::light_order`] and
+//! [`crate::point_order`].
 //!
 //! Until the end the permutation holds the finer cell above the bits of the id, as far as there is room: sorting a cell
 //! then reads nothing else. Up to 8 million items all nine bits fit.
@@ -202,7 +203,7 @@ impl OnCurve for Grid<'_> {
 
 /// Bit k of a number of 8 bits moves to bit 3k.
 #[inline(always)]
-fn spread<S: Simd>(x: u32x8<S>) -> u32x8<S> {
+pub(crate) fn spread<S: Simd>(x: u32x8<S>) -> u32x8<S> {
     let x = (x | x << 8) & 0x0000_F00F;
     let x = (x | x << 4) & 0x000C_30C3;
     (x | x << 2) & 0x0024_9249

@@ -164,7 +164,7 @@ impl<'a> Packets<'a> {
 }
 
 /// The functions of a triangle, in all lanes: c, x and y of its edges and its key, and the bounds of the key's c.
-struct Functions<S: Simd> {
+pub(crate) struct Functions<S: Simd> {
     edges: [[Narrow<S>; 3]; 3],
     slope: [Narrow<S>; 2],
     bounds: [Narrow<S>; 2],
@@ -172,7 +172,7 @@ struct Functions<S: Simd> {
 
 impl<S: Simd> Functions<S> {
     #[inline(always)]
-    fn new(simd: S, setups: &Setups, lane: usize) -> Self {
+    pub(crate) fn new(simd: S, setups: &Setups, lane: usize) -> Self {
         let zero = Narrow::simd_from(simd, 0.0);
         let mut functions = Self { edges: [[zero; 3]; 3], slope: [zero; 2], bounds: [zero; 2] };
         // No closures over vectors: they would lose the instruction set.
@@ -190,7 +190,7 @@ impl<S: Simd> Functions<S> {
 
     /// The least edge function.
     #[inline(always)]
-    fn least_edge(&self, x: Narrow<S>, y: Narrow<S>) -> Narrow<S> {
+    pub(crate) fn least_edge(&self, x: Narrow<S>, y: Narrow<S>) -> Narrow<S> {
         let [one, two, three] = self.edges;
         let one = (one[0] + x * one[1]) + one[2] * y;
         let two = (two[0] + x * two[1]) + two[2] * y;
@@ -216,7 +216,7 @@ impl<S: Simd> Functions<S> {
 
     /// Bounds of the key.
     #[inline(always)]
-    fn keys(&self, x: Narrow<S>, y: Narrow<S>) -> (Narrow<S>, Narrow<S>) {
+    pub(crate) fn keys(&self, x: Narrow<S>, y: Narrow<S>) -> (Narrow<S>, Narrow<S>) {
         let key = x * self.slope[0] + self.slope[1] * y;
         (key + self.bounds[0], key + self.bounds[1])
     }

@@ -72,6 +72,8 @@ pub(crate) struct Setups {
     pub(crate) key: [[f64; LANES]; 4],
     /// The lanes that any ray of the pencil can hit: not without area, not seen edge-on.
     pub(crate) lanes: u64,
+    /// Those with A·N < 0 or D·N < 0.
+    pub(crate) negative: u64,
 }
 
 impl Setups {
@@ -82,6 +84,7 @@ impl Setups {
         bounds: [[0.0; LANES]; 2],
         key: [[0.0; LANES]; 4],
         lanes: 0,
+        negative: 0,
     };
 }
 
@@ -185,9 +188,8 @@ pub(crate) fn set_up<S: Simd>(
     };
     let product = longest[0] * longest[2];
     let denominator_error = product * denominator_error;
-    let negative;
-    (negative, setups.lanes) = signs(exact_side, lanes, denominator, denominator_error);
-    let negative = LaneMask::from_bitmask(simd, negative);
+    (setups.negative, setups.lanes) = signs(exact_side, lanes, denominator, denominator_error);
+    let negative = LaneMask::from_bitmask(simd, setups.negative);
 
     for edge in 0..3 {
         let next = (edge + 1) % 3;

@@ -142,15 +142,20 @@ impl Sightings {
     pub(crate) fn keys_on<S: Simd>(&self, simd: S, first: usize, to_tile: &ToTile) -> (Narrow<S>, Narrow<S>) {
         let depth = Lanes::from_slice(simd, &self.depth[first..first + LANES]);
         let [offset, factor] = to_tile.depth;
-        let key = (depth - offset) * factor;
-        let limit = Lanes::simd_from(simd, KEY_LIMIT);
-        let infinite = Narrow::simd_from(simd, f32::INFINITY);
-        let rounded = narrow(key.min(limit).max(-limit));
-        let slack = rounded.abs() * KEY_SLACK + f32::MIN_POSITIVE;
-        let is_less = rounded.simd_lt(KEY_LIMIT as f32);
-        let is_more = rounded.simd_gt(-KEY_LIMIT as f32);
-        (is_more.select(rounded - slack, -infinite), is_less.select(rounded + slack, infinite))
+        keys_around(simd, (depth - offset) * factor)
     }
+}
+
+/// Bounds of keys in f32, as in [`Sightings::keys_on`].
+#[inline(always)]
+pub(crate) fn keys_around<S: Simd>(simd: S, key: Lanes<S>) -> (Narrow<S>, Narrow<S>) {
+    let limit = Lanes::simd_from(simd, KEY_LIMIT);
+    let infinite = Narrow::simd_from(simd, f32::INFINITY);
+    let rounded = narrow(key.min(limit).max(-limit));
+    let slack = rounded.abs() * KEY_SLACK + f32::MIN_POSITIVE;
+    let is_less = rounded.simd_lt(KEY_LIMIT as f32);
+    let is_more = rounded.simd_gt(-KEY_LIMIT as f32);
+    (is_more.select(rounded - slack, -infinite), is_less.select(rounded + slack, infinite))
 }
 
 /// Sees eight points.
