@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use umbel::{Accuracy, Isa, Options, Path};
 
+use crate::bake_args::BakeArgs;
 use crate::camera_args::CameraArgs;
 use crate::parse::parse_bytes;
 use crate::picture_args::PictureArgs;
@@ -134,6 +135,8 @@ pub(crate) enum Command {
     Visible(VisibleArgs),
     /// Exact shadows per pixel, and maps of the distances that lights see
     Shadow(ShadowArgs),
+    /// Bake ambient occlusion of vertices and points
+    Bake(BakeArgs),
     /// Check pencils against the general path and against tiny-skia, on your own scene
     Verify(VerifyArgs),
     /// Print counts, bounds, and degenerate and non-finite elements

@@ -27,6 +27,8 @@ pub use umbel_core::{
     open_rays, shadowed,
 };
 
+mod ambient;
+mod bake;
 mod builtin;
 mod camera;
 mod cornell;
@@ -43,6 +45,7 @@ mod lamps;
 mod light_map;
 mod load;
 mod map_compare;
+mod mesh_ply;
 #[cfg(feature = "obj")]
 mod mtl;
 mod npy;
@@ -53,17 +56,21 @@ mod obj;
 mod obj_source;
 #[cfg(feature = "obj")]
 mod obj_text;
+mod occluders;
 mod output;
 mod pattern;
 mod png_file;
 mod point_cloud;
+mod point_receivers;
 mod primary;
 mod raster;
+mod sample_sets;
 mod scene;
 mod shade;
 mod shadow;
 mod sweep;
 mod verify;
+mod vertex_receivers;
 mod visible;
 
 pub use error::Error;
@@ -85,15 +92,22 @@ pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil}
 pub use map_compare::{MapErrors, compare_maps};
 pub use shadow::{MaskCounts, Receivers, point_light, receivers, shadow_masks, sun_light};
 
+pub use bake::{Bake, BakeOptions, BakeReceivers, Baked, Polarity, TracedRay};
+pub use occluders::Occluders;
+pub use point_receivers::read_points;
+pub use sample_sets::{Falloff, Reach, SampleSet, Weighting};
+pub use vertex_receivers::VertexReceivers;
+
 pub use verify::{Mark, Verification, verify, verify_buffer};
 pub use visible::{Visible, visible};
 
 pub use exr_file::{Channel, Samples, read_exr, write_exr};
 pub use ktx2_file::write_ktx2_cube;
+pub use mesh_ply::write_ply_mesh;
 pub use npy::{Array, write_npy};
-pub use npy_reader::read_npy;
-pub use output::{WriteSeek, write_atomically};
-pub use png_file::{read_png_rgb8, srgb_encode, write_png_rgb8, write_png_rgba8};
+pub use npy_reader::{read_npy, read_npy_ids};
+pub use output::{WriteSeek, WritingPause, pause_writing, write_atomically};
+pub use png_file::{GrayBits, read_png_rgb8, srgb_encode, write_png_gray, write_png_rgb8, write_png_rgba8};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

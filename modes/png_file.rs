@@ -100,6 +100,53 @@ pub fn write_png_rgba8(path: &Path, width: u32, height: u32, pixels: &[u8]) -> R
     write_png(path, (width, height), pixels, ExtendedColorType::Rgba8)
 }
 
+/// How many bits a gray pixel has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum GrayBits {
+    /// 256 levels.
+    #[default]
+    Eight,
+    /// 65,536 levels.
+    Sixteen,
+}
+
+/// Writes linear values from 0 to 1 as a gray image, without the transfer function of sRGB: data, such as openness. Row 0 is
+/// on top; values outside are clamped, NaN is white.
+///
+/// # Errors
+///
+/// [`Error::Write`] if the file cannot be written, if the image is empty or if there are not width · height values.
+pub fn write_png_gray(
+    path: &Path,
+    width: u32,
+    height: u32,
+    values: &[f32],
+    bits: GrayBits,
+) -> Result<(), Error> {
+    match bits {
+        GrayBits::Eight => {
+            let pixels: Vec<u8> = values.iter().map(|&value| gray8(value)).collect();
+            write_png(path, (width, height), &pixels, ExtendedColorType::L8)
+        }
+        GrayBits::Sixteen => {
+            // The encoder takes numbers as the machine has them.
+            let pixels: Vec<u8> =
+                values.iter().flat_map(|&value| (level(value, 65_535.0) as u16).to_ne_bytes()).collect();
+            write_png(path, (width, height), &pixels, ExtendedColorType::L16)
+        }
+    }
+}
+
+/// The gray level of a value: 0 to 255, NaN is white.
+pub(crate) fn gray8(value: f32) -> u8 {
+    level(value, 255.0) as u8
+}
+
+/// The level of a value from 0 to 1, rounded to nearest; NaN is the greatest.
+fn level(value: f32, greatest: f32) -> f32 {
+    if value < 1.0 { (value.max(0.0) * greatest).round() } else { greatest }
+}
+
 /// Encodes in memory, because the encoder does not report an error in the last bytes of a file.
 fn write_png(
     path: &Path,
