@@ -2,8 +2,8 @@
 //!
 //! A [`Bake`] makes its sample sets once; after that it takes any list of receivers, in pieces of any size, and gives one value
 //! for each. Shared directions are one call of the engine, interleaved ones 16, each with its part of the receivers;
-//! independent ones are one call that asks for each receiver's own. A value depends on its receiver alone: neither on
-//! the others, nor on how they are cut into pieces, nor on threads.
+//! independent ones are one call that asks for each receiver's own. A value depends on its receiver and its number alone:
+//! neither on the others, nor on how they are cut into pieces, nor on threads. (Several receivers of one texel stay together.)
 //!
 //! ```
 //! use umbel::{Bake, BakeOptions, Frame, Options, Scene};
@@ -108,7 +108,8 @@ pub struct BakeReceivers {
     pub hemispheres: Vec<Hemisphere>,
     /// Shading normals, of unit length.
     pub normals: Vec<[f32; 3]>,
-    /// The numbers of the vertices, points or texels, all different: they choose the directions.
+    /// The numbers of the vertices, points or texels: they choose the directions. Several receivers of a texel follow each
+    /// other.
     pub indices: Vec<u32>,
 }
 

@@ -51,11 +51,11 @@ pub(crate) struct ReceiverArgs {
     pub(crate) points: Option<PathBuf>,
 
     /// The triangle that each point lies on, which never occludes it: an array (N) of integers, -1 for none
-    #[arg(long, value_name = "FILE.npy", requires = "points")]
+    #[arg(long, value_name = "FILE.npy")]
     pub(crate) point_ids: Option<PathBuf>,
 
     /// Move points by this much along their normals, for points that may lie beneath their surface
-    #[arg(long, value_name = "D", default_value_t = 0.0, requires = "points", allow_hyphen_values = true)]
+    #[arg(long, value_name = "D", default_value_t = 0.0, allow_hyphen_values = true)]
     pub(crate) bias: f64,
 }
 
@@ -126,16 +126,19 @@ impl BakeArgs {
     /// Refuses options that contradict each other. Nothing has been read yet.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let nothing = self.output.is_none() && self.bent.is_none() && self.dump_rays.is_none();
+        let receivers = &self.receivers;
         refuse_first(&[
             (
-                !self.receivers.vertices && self.receivers.points.is_none(),
+                !receivers.vertices && receivers.points.is_none(),
                 "what shall be baked? give --vertices, or --points FILE.npy",
             ),
             (
                 nothing,
                 "nothing to do: give -o FILE.npy or FILE.ply, --bent FILE.npy, or --dump-rays FILE.npy",
             ),
-            (!self.receivers.bias.is_finite(), "--bias must be a finite number"),
+            (receivers.vertices && receivers.point_ids.is_some(), "--point-ids goes with --points"),
+            (receivers.vertices && receivers.bias != 0.0, "--bias goes with --points; vertices need none"),
+            (!receivers.bias.is_finite(), "--bias must be a finite number"),
             (
                 self.sampling.falloff == FalloffArg::Linear && self.sampling.max_distance.is_unlimited(),
                 "--falloff linear goes down to 0 at --max-distance: give one, such as 10%",

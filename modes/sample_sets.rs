@@ -157,9 +157,12 @@ impl OwnSets {
             let (sin, cos) = libm::sincos(TAU * fraction(f64::from(k) * GOLDEN));
             [cos, sin]
         };
+        // Receivers of one number that follow each other are told apart by their place among them.
+        let (mut last, mut place) = (None, 0_u64);
         let frame = |(index, normal): (u32, [f32; 3])| {
+            place = if last.replace(index) == Some(index) { place + 1 } else { 0 };
             // Stream 0 turns the sets on the sphere.
-            let stream = u64::from(index) + 1;
+            let stream = (place << 32 | u64::from(index)) + 1;
             let normal = DVec3::from_array(normal.map(f64::from));
             let (s, t) = tangents(normal);
             let (sin, cos) = libm::sincos(TAU * random(seed, stream, 1));
