@@ -19,16 +19,13 @@
 //!
 //! Based on: Alexander Keller and Wolfgang Heidrich, "Interleaved Sampling", 2001.
 
-use umbel_core::{
-    Frame, Grouping, Hemisphere, Occlusion, OpenRays, Options, RaySample, RaySamples, Stats, Triangles,
-};
+use umbel_core::{Frame, Hemisphere, Occlusion, OpenRays, Options, RaySample, RaySamples, Stats, Triangles};
 
 use crate::Error;
 use crate::ambient::{Sums, dot, weigh_own, weigh_shared};
-use crate::sample_sets::{INTERLEAVED, OwnSets, Reach, SampleSet, Weighting, set_of, sphere_sets};
+use crate::bake_options::BakeOptions;
+use crate::sample_sets::{INTERLEAVED, OwnSets, SampleSet, set_of, sphere_sets};
 
-/// The most rays of a receiver.
-const MOST_RAYS: u32 = 65_536;
 /// Rays of one call of the engine that are worth their fixed cost, and that a user does not wait long for.
 const RAYS_PER_CALL: u64 = 1 << 26;
 /// The fewest receivers of a piece.
@@ -37,69 +34,6 @@ const LEAST_RECEIVERS: u64 = 1 << 12;
 const ENGINE_BYTES: u64 = 24;
 /// Bytes of a traced ray.
 const RAY_BYTES: u64 = size_of::<TracedRay>() as u64;
-
-/// What a value means.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Polarity {
-    /// 1 = nothing occludes: white is open.
-    #[default]
-    Openness,
-    /// 1 = all is occluded.
-    Occlusion,
-}
-
-impl Polarity {
-    /// The value of an openness.
-    fn value(self, openness: f64) -> f32 {
-        (if self == Self::Openness { openness } else { 1.0 - openness }) as f32
-    }
-}
-
-/// What is baked, and how.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BakeOptions {
-    /// Rays of a receiver, 1 to 65,536: as many where it has its own, else about as many.
-    pub rays: u32,
-    /// How directions are shared.
-    pub set: SampleSet,
-    /// How much each direction counts.
-    pub weighting: Weighting,
-    /// How far occluders count.
-    pub reach: Reach,
-    /// Whether triangles occlude that rays meet from behind.
-    pub back_faces: bool,
-    /// What a value means.
-    pub polarity: Polarity,
-    /// Whether bent normals are wanted.
-    pub bent: bool,
-    /// Whether the rays themselves are wanted.
-    pub traced: bool,
-    /// Turns the sets of directions, and seeds those of single receivers.
-    pub seed: u64,
-    /// How the engine groups rays. Changes time only.
-    pub grouping: Grouping,
-    /// For texels, whose numbers run row by row, how many there are in a row.
-    pub columns: Option<u32>,
-}
-
-impl Default for BakeOptions {
-    /// 64 cosine-weighted rays of unlimited length, shared by all.
-    fn default() -> Self {
-        Self {
-            rays: 64,
-            set: SampleSet::Shared,
-            weighting: Weighting::Cosine,
-            reach: Reach::default(),
-            back_faces: true,
-            polarity: Polarity::Openness,
-            bent: false,
-            traced: false,
-            seed: 0,
-            grouping: Grouping::Auto,
-            columns: None,
-        }
-    }
-}
 
 /// Points whose openness is asked for. All parts are of the same length.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -175,22 +109,8 @@ impl Bake {
     /// # Errors
     /// [`Error::Usage`] when options are out of range or contradict each other.
     pub fn new(options: BakeOptions) -> Result<Self, Error> {
+        options.check()?;
         let BakeOptions { rays, reach, seed, .. } = options;
-        let refused = |what: String| Err(Error::Usage(what));
-        if !(1..=MOST_RAYS).contains(&rays) {
-            return refused(format!("{rays} rays: a receiver takes 1 to {MOST_RAYS}"));
-        }
-        if !(reach.max_distance.is_finite() && reach.max_distance >= 0.0) {
-            return refused(format!("the distance {} must be finite, 0 or more", reach.max_distance));
-        }
-        if reach.max_distance == 0.0 && reach.falloff == crate::Falloff::Linear {
-            return refused("a linear falloff needs a distance: give the greatest one".into());
-        }
-        if options.set == SampleSet::Independent && options.grouping == Grouping::Direction {
-            return refused(
-                "independent directions are not common: they can be grouped by origin only".into(),
-            );
-        }
         let sets = match options.set {
             SampleSet::Shared => sphere_sets(rays, 1, reach, seed),
             SampleSet::Interleaved => sphere_sets(rays, INTERLEAVED, reach, seed),

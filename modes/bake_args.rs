@@ -125,7 +125,7 @@ pub(crate) struct OccluderArgs {
 impl BakeArgs {
     /// Refuses options that contradict each other. Nothing has been read yet.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let nothing = self.output.is_none() && self.bent.is_none() && self.dump_rays.is_none();
+        let nothing = self.outputs().next().is_none();
         let receivers = &self.receivers;
         refuse_first(&[
             (
@@ -160,11 +160,16 @@ impl BakeArgs {
             let shown = path.display();
             return Err(Error::Usage(format!("{shown}: -o takes one of .npy, .ply for vertices and points")));
         }
-        let files: Vec<_> = [&self.output, &self.bent, &self.dump_rays].into_iter().flatten().collect();
+        let files: Vec<_> = self.outputs().collect();
         let twice = (1..files.len()).find(|&k| files[..k].contains(&files[k]));
         twice.map_or(Ok(()), |k| {
             Err(Error::Usage(format!("{}: two outputs have this name", files[k].display())))
         })
+    }
+
+    /// The files that are asked for.
+    pub(crate) fn outputs(&self) -> impl Iterator<Item = &PathBuf> {
+        [&self.output, &self.bent, &self.dump_rays].into_iter().flatten()
     }
 
     /// What is baked, and how: distances are measured in the scene.

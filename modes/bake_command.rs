@@ -8,8 +8,8 @@ use glam::DVec3;
 use serde_json::{Map, Value, json};
 use umbel::{
     Array, Bake, BakeOptions, BakeReceivers, Error, Falloff, Frame, LoadOptions, Occluders, Polarity,
-    SampleSet, Scene, Stats, TracedRay, Triangles, VertexReceivers, Weighting, load, read_points, write_npy,
-    write_ply_mesh,
+    SampleSet, Scene, Stats, TracedRay, Triangles, VertexReceivers, Weighting, check_output, load,
+    read_points, write_npy, write_ply_mesh,
 };
 
 use crate::bake_args::{BakeArgs, OccluderArgs};
@@ -85,6 +85,8 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     let bake = Bake::new(options)?;
     let occluders = timed(&mut times.load, || occluders(&scene, &args.occluders, common))?;
     let plan = plan(args, &bake, (&scene, &occluders), common)?;
+    // Not after hours of work.
+    args.outputs().chain(&common.report).try_for_each(|path| check_output(path))?;
     if common.verbose {
         anstream::eprintln!("about {} bytes, {} receivers at once", plan.forecast, plan.piece);
     }

@@ -29,6 +29,7 @@ pub use umbel_core::{
 
 mod ambient;
 mod bake;
+mod bake_options;
 mod builtin;
 mod camera;
 mod cornell;
@@ -92,7 +93,8 @@ pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil}
 pub use map_compare::{MapErrors, compare_maps};
 pub use shadow::{MaskCounts, Receivers, point_light, receivers, shadow_masks, sun_light};
 
-pub use bake::{Bake, BakeOptions, BakeReceivers, Baked, Polarity, TracedRay};
+pub use bake::{Bake, BakeReceivers, Baked, TracedRay};
+pub use bake_options::{BakeOptions, Polarity};
 pub use occluders::Occluders;
 pub use point_receivers::read_points;
 pub use sample_sets::{Falloff, Reach, SampleSet, Weighting};
@@ -106,7 +108,7 @@ pub use ktx2_file::write_ktx2_cube;
 pub use mesh_ply::write_ply_mesh;
 pub use npy::{Array, write_npy};
 pub use npy_reader::{read_npy, read_npy_ids};
-pub use output::{WriteSeek, WritingPause, pause_writing, write_atomically};
+pub use output::{WriteSeek, WritingPause, check_output, pause_writing, write_atomically};
 pub use png_file::{GrayBits, read_png_rgb8, srgb_encode, write_png_gray, write_png_rgb8, write_png_rgba8};
 
 #[cfg(doctest)]

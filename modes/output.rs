@@ -72,6 +72,23 @@ pub fn write_atomically(
     outcome.map_err(|error| refused(path, explain(path, &error)))
 }
 
+/// Finds out before long work whether a file can be written: whether a temporary file can be made beside `path`, and an old file
+/// under that name be replaced. Nothing is changed.
+///
+/// # Errors
+///
+/// As [`write_atomically`].
+pub fn check_output(path: &Path) -> Result<(), Error> {
+    let replace_nothing = || match place(path)? {
+        Place::Stream => Ok(()),
+        Place::Free | Place::File(_) => {
+            let _lock = TEMPORARY_FILES.read().unwrap_or_else(PoisonError::into_inner);
+            create_beside(path, None).map(drop)
+        }
+    };
+    replace_nothing().map_err(|error: io::Error| refused(path, explain(path, &error)))
+}
+
 /// The error of an output that cannot be written, in the caller's words.
 pub(crate) fn refused(path: &Path, problem: impl Into<String>) -> Error {
     Error::Write { path: path.to_owned(), problem: problem.into() }

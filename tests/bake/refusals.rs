@@ -120,6 +120,10 @@ fn scenes_and_places() {
     refuse("bake floor.obj --vertices --occluders absent.obj -o a.npy", 3, "absent.obj");
     refuse("bake floor.obj --vertices -o nowhere/a.npy", 1, "nowhere");
     refuse("bake floor.obj --vertices -o nowhere/a.ply", 1, "nowhere");
+    // All places are looked at before the first file is written, and before the work begins.
+    refuse("bake floor.obj --vertices -o a.npy --bent nowhere/b.npy", 1, "nowhere");
+    refuse("bake floor.obj --vertices -o a.npy --report nowhere/r.json", 1, "nowhere");
+    refuse("bake builtin:umbel:100000 --vertices -o floor.obj/a.npy --rays 65536", 1, "floor.obj");
 }
 
 #[test]
