@@ -26,8 +26,11 @@ pub use umbel_core::{
     closest_hit, glam, shadowed,
 };
 
+mod atlas;
+mod atlas_block;
 mod builtin;
 mod camera;
+mod charts;
 mod cornell;
 mod cube_lookup;
 #[cfg(feature = "obj")]
@@ -36,6 +39,8 @@ mod error;
 mod exr_file;
 mod flower;
 mod foliage;
+mod footprint;
+mod hammersley;
 mod info;
 mod ktx2_file;
 mod lamps;
@@ -60,8 +65,11 @@ mod primary;
 mod raster;
 mod scene;
 mod shade;
+mod shading_normal;
 mod shadow;
 mod sweep;
+mod texels;
+mod uv_check;
 mod verify;
 mod visible;
 
@@ -83,6 +91,10 @@ pub use cube_lookup::CubeMap;
 pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil};
 pub use map_compare::{MapErrors, compare_maps};
 pub use shadow::{MaskCounts, Receivers, point_light, receivers, shadow_masks, sun_light};
+
+pub use atlas::{Atlas, AtlasOptions, TexelReceiver};
+pub use texels::TexelImage;
+pub use uv_check::{UvCheck, check_uvs};
 
 pub use verify::{Mark, Verification, verify, verify_buffer};
 pub use visible::{Visible, visible};
