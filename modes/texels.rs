@@ -82,7 +82,8 @@ impl<const C: usize> TexelImage<C> {
     ///
     /// Covered texels keep their values. O(texels) time for any margin, in parallel; 8 bytes per texel of a few hundred rows.
     pub fn extend(&mut self, margin: u32) {
-        let margin = margin.min(self.size);
+        // A diagonal is shorter.
+        let margin = margin.min(2 * self.size);
         let rows = BAND_ROWS.max(margin.saturating_mul(2));
         let bands: Vec<u32> = (0..self.size).step_by(rows as usize).collect();
         // A few bands at a time bound the memory. Sources are covered and targets are not, so that no band sees another's.
