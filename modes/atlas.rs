@@ -14,6 +14,10 @@
 //! the texture come last: a triangle shrunk to a point or a segment is looked up there, so its texels are covered, but it
 //! never takes a texel from a surface with area.
 //!
+//! A chart that fills a texel owns it whatever follows, so later charts are not looked at there: scenes whose textures repeat
+//! have thousands. (One of 88,000 triangles took more than six minutes of CPU time without that, for 1024² texels of 4
+//! samples; 0.7 s with it.)
+//!
 //! *Not baked* are triangles without texture coordinates; triangles without area in space, which have no sides; and what lies
 //! outside of \[0, 1\]², without wrapping: mirrored or repeated halves are moved out by a whole unit on purpose, so that they
 //! are not baked twice. What only touches the border of \[0, 1\]² from outside counts as outside.
@@ -171,7 +175,8 @@ impl<'a> Atlas<'a> {
     pub fn band(&self, rows: Range<u32>) -> Vec<TexelReceiver> {
         let of_block = |mut block: Block<'_>| {
             let mut receivers = Vec::new();
-            block.for_each_texel(|place, shares| self.receive(place, shares, &mut receivers));
+            // A chart that fills a texel owns it, whatever follows.
+            block.for_each_texel(1, |place, shares| self.receive(place, shares, &mut receivers));
             receivers
         };
         let parts: Vec<Vec<TexelReceiver>> = self.blocks(rows).map(of_block).collect();

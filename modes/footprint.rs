@@ -52,31 +52,17 @@ impl Footprint {
 
     /// The columns within `columns` whose texels of a line the triangle touches. `columns` and `line` are within the bounds.
     pub(crate) fn span(&self, line: u32, columns: Range<u32>) -> Range<u32> {
-        let mut span = columns;
-        let backward = if self.turn == 0 { &self.sides(-1)[..] } else { &[] };
-        for &[a, b] in self.sides(self.turn).iter().chain(backward) {
-            // The side's left is (a.y − b.y, b.x − a.x).
-            let y = f64::from(line + u32::from(b.x > a.x));
-            let reaches = |x: u32| orient2d(a, b, Point { x: f64::from(x), y }) >= 0.0;
-            if b.y < a.y {
-                span.start = first(span.clone(), |column| reaches(column + 1));
-            } else if b.y > a.y {
-                span.end = first(span.clone(), |column| !reaches(column));
-            } else if !reaches(span.start) {
-                span.end = span.start;
-            }
-        }
-        span
+        let touching = cut(&self.sides(self.turn), line, columns, Reach::Touches);
+        if self.turn == 0 { cut(&self.sides(-1), line, touching, Reach::Touches) } else { touching }
     }
 
-    /// Whether the closed texel lies in the triangle's interior, decided exactly.
-    pub(crate) fn swallows(&self, column: u32, line: u32) -> bool {
-        let left = |[a, b]: [Point; 2]| {
-            let x = f64::from(column + u32::from(b.y > a.y));
-            let y = f64::from(line + u32::from(b.x < a.x));
-            orient2d(a, b, Point { x, y }) > 0.0
-        };
-        self.turn != 0 && self.sides(self.turn).into_iter().all(left)
+    /// The columns within a span whose closed texels lie in the triangle's interior.
+    pub(crate) fn interior(&self, line: u32, span: Range<u32>) -> Range<u32> {
+        if self.turn == 0 {
+            span.start..span.start
+        } else {
+            cut(&self.sides(self.turn), line, span, Reach::Fills)
+        }
     }
 
     /// Whether the triangle holds a point: each point of a mesh without folds is held once.
@@ -120,6 +106,36 @@ impl Footprint {
         let [a, b, c] = self.corners;
         if turn < 0 { [[b, a], [c, b], [a, c]] } else { [[a, b], [b, c], [c, a]] }
     }
+}
+
+/// What a texel has to do with the left of a side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reach {
+    /// A corner lies on the left or on the side.
+    Touches,
+    /// All corners lie on the left.
+    Fills,
+}
+
+/// The columns whose texels of a line reach the left of all sides.
+fn cut(sides: &[[Point; 2]; 3], line: u32, mut columns: Range<u32>, reach: Reach) -> Range<u32> {
+    let fills = reach == Reach::Fills;
+    for &[a, b] in sides {
+        // The left is (a.y − b.y, b.x − a.x). The corner that lies farthest there touches; the opposite one decides on filling.
+        let y = f64::from(line + u32::from((b.x > a.x) != fills));
+        let reaches = |x: u32| {
+            let side = orient2d(a, b, Point { x: f64::from(x), y });
+            if fills { side > 0.0 } else { side >= 0.0 }
+        };
+        if b.y < a.y {
+            columns.start = first(columns.clone(), |column| reaches(column + u32::from(!fills)));
+        } else if b.y > a.y {
+            columns.end = first(columns.clone(), |column| !reaches(column + u32::from(fills)));
+        } else if !reaches(columns.start) {
+            columns.end = columns.start;
+        }
+    }
+    columns
 }
 
 /// The cells \[k, k+1\] of \[0, size\] that the closed interval \[lo, hi\] touches, if it meets the open one or is a point.

@@ -15,6 +15,9 @@ use umbel_core::TriangleId;
 use crate::atlas::Atlas;
 use crate::atlas_block::{Block, Share};
 
+/// Surfaces that fill a texel after which no others are looked for: scenes whose textures repeat have thousands.
+const FILLS: u32 = 4;
+
 /// Tiles that a warning lists by name.
 const LISTED_TILES: usize = 4;
 
@@ -27,7 +30,8 @@ pub struct UvCheck {
     pub covered: u64,
     /// Texels in which several triangles hold one sub-position.
     pub overlapping: u64,
-    /// Those in which one of these triangles is mirrored and another is not.
+    /// Those in which one of these triangles is mirrored and another is not. Where more than four fill the texel, it is found
+    /// among the charts with the smallest ids.
     pub mirrored_overlap: u64,
     /// Triangles in all.
     pub triangles: usize,
@@ -87,7 +91,7 @@ pub fn check_uvs(atlas: &Atlas<'_>) -> UvCheck {
 /// The texels of a block that are covered, overlapping, and overlapping with a mirrored triangle.
 fn texel_counts(mut block: Block<'_>) -> [u64; 3] {
     let mut counts = [0; 3];
-    block.for_each_texel(|_, shares| {
+    block.for_each_texel(FILLS, |_, shares| {
         let held = |turn: i8| {
             let of_turn = shares.iter().filter(move |share| share.footprint.turn == turn);
             of_turn.fold([0_u64; 2], |[once, twice], &Share { held, .. }| [once | held, twice | once & held])

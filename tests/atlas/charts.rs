@@ -1,5 +1,6 @@
 //! Charts, and which of them owns a texel.
 
+use proptest::prelude::*;
 use umbel::{NO_INDEX, Scene, TriangleId, check_uvs};
 
 use crate::scenes::{at, atlas, push, push_quad, receivers, soup, square, triangles};
@@ -109,4 +110,49 @@ fn triangles_without_area_in_space_or_texture_coordinates_are_not_baked() {
     let check = check_uvs(&atlas(&scene, 8, 1));
     assert_eq!((check.without_uvs, check.without_area, check.charts), (2, 1, 2));
     assert_eq!(charts(&scene), [Some(0), Some(1), None, None]);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// Each chart is also baked alone: the owner is the first of those that then have most receivers, which are the same.
+    #[test]
+    fn the_owner_of_a_texel_has_most_coverage_alone(
+        uvs in prop::collection::vec(prop::array::uniform3(prop::array::uniform2(-4_i8..=12)), 2..7),
+        size in 1_u32..7,
+        samples in 2_u32..10,
+    ) {
+        let uvs: Vec<_> = uvs.iter().map(|uv| uv.map(|uv| uv.map(|k| f32::from(k) / 8.0))).collect();
+        let texels = |scene: &Scene| {
+            let Ok(atlas) = umbel::Atlas::new(scene, &umbel::AtlasOptions { size, samples }) else { return Vec::new() };
+            atlas.band(0..size).chunk_by(|one, other| one.texel == other.texel).map(<[_]>::to_vec).collect()
+        };
+        let alone: Vec<_> = uvs.iter().map(|&uv| texels(&soup(&[uv]))).collect();
+        for found in texels(&soup(&uvs)) {
+            let of_texel = |all: &Vec<Vec<umbel::TexelReceiver>>| {
+                all.iter().find(|other| other[0].texel == found[0].texel).cloned().unwrap_or_default()
+            };
+            let candidates: Vec<_> = alone.iter().map(of_texel).collect();
+            let most = candidates.iter().map(Vec::len).max().unwrap_or(0);
+            // One receiver may be a clamped one.
+            if most > 1 {
+                let owner = candidates.iter().position(|candidate| candidate.len() == most).expect("the largest");
+                let weights = |all: &[umbel::TexelReceiver]| {
+                    all.iter().map(umbel::TexelReceiver::barycentrics).collect::<Vec<_>>()
+                };
+                prop_assert!(found.iter().all(|receiver| receiver.triangle.0 as usize == owner));
+                prop_assert_eq!(weights(&found), weights(&candidates[owner]));
+            }
+        }
+    }
+}
+
+/// Textures that repeat: 20,000 triangles over every texel. Each listed at each texel, they would take 16 GB.
+#[test]
+fn thousands_of_surfaces_on_top_of_each_other_cost_little() {
+    let scene = soup(&vec![[[-9.0, -9.0], [19.0, -9.0], [-9.0, 19.0]]; 20_000]);
+    let all = receivers(&scene, 256, 2);
+    assert_eq!(all.len(), 2 * 256 * 256);
+    assert!(all.iter().all(|receiver| receiver.triangle.0 == 0));
+    assert_eq!(check_uvs(&atlas(&scene, 256, 2)).overlapping, 256 * 256);
 }

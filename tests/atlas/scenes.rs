@@ -7,7 +7,7 @@ use umbel::{Atlas, AtlasOptions, Scene, TexelReceiver};
 /// Triangles of their own, each with texture coordinates; they lie apart in space, so that each is a chart.
 pub(crate) fn soup(uvs: &[[[f32; 2]; 3]]) -> Scene {
     let mut scene = Scene { name: "soup".into(), ..Scene::default() };
-    for (k, corners) in (0_u8..).zip(uvs) {
+    for (k, corners) in (0_u16..).zip(uvs) {
         let z = f32::from(k);
         push(&mut scene, [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]], *corners);
     }
