@@ -28,10 +28,13 @@ pub use umbel_core::{
 };
 
 mod ambient;
+mod atlas;
+mod atlas_block;
 mod bake;
 mod bake_options;
 mod builtin;
 mod camera;
+mod charts;
 mod cornell;
 mod cube_lookup;
 #[cfg(feature = "obj")]
@@ -40,6 +43,8 @@ mod error;
 mod exr_file;
 mod flower;
 mod foliage;
+mod footprint;
+mod hammersley;
 mod info;
 mod ktx2_file;
 mod lamps;
@@ -68,8 +73,12 @@ mod raster;
 mod sample_sets;
 mod scene;
 mod shade;
+mod shading_normal;
 mod shadow;
 mod sweep;
+mod texel_receivers;
+mod texels;
+mod uv_check;
 mod verify;
 mod vertex_receivers;
 mod visible;
@@ -99,6 +108,9 @@ pub use occluders::Occluders;
 pub use point_receivers::read_points;
 pub use sample_sets::{Falloff, Reach, SampleSet, Weighting};
 pub use vertex_receivers::VertexReceivers;
+pub use atlas::{Atlas, AtlasOptions, TexelReceiver};
+pub use texels::TexelImage;
+pub use uv_check::{UvCheck, check_uvs};
 
 pub use verify::{Mark, Verification, verify, verify_buffer};
 pub use visible::{Visible, visible};
