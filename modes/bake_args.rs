@@ -1,14 +1,18 @@
 //! `umbel bake` on the command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use glam::DVec3;
-use umbel::{BakeOptions, Error, Falloff, Grouping, Polarity, Reach, SampleSet, Scene, Weighting};
+use umbel::{AtlasOptions, BakeOptions, Error, GrayBits, Scene};
 
+use crate::bake_sampling_args::SamplingArgs;
 use crate::camera_args::refuse_first;
 use crate::parse::parse_vector;
 use crate::picture::extension;
+
+/// Texels of the margin where none are asked for: four for a texture that is halved twice.
+pub(crate) const MARGIN: u32 = 16;
 
 #[derive(Debug, Args)]
 pub(crate) struct BakeArgs {
@@ -16,13 +20,22 @@ pub(crate) struct BakeArgs {
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 
-    /// One number for each vertex or point: .npy, or .ply with positions, faces and gray. Unused vertices are NaN
+    /// Texels as .png, .exr or .npy; vertices and points as .npy, or as .ply with positions, faces and gray. NaN in arrays, and
+    /// white in a PNG, is where nothing was baked
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
     /// Bent normals, the mean open directions in world axes, as an array (..., 3)
     #[arg(long, value_name = "FILE.npy")]
     pub(crate) bent: Option<PathBuf>,
+
+    /// Which texels were baked, 1 or 0, without the margin: .npy, .png or .exr
+    #[arg(long, value_name = "FILE")]
+    pub(crate) coverage: Option<PathBuf>,
+
+    /// Bits of a gray PNG [default: 8]
+    #[arg(long, value_name = "8|16", value_parser = ["8", "16"])]
+    bits: Option<String>,
 
     /// All rays above the surfaces, as an array (R, 8): origin, direction, t_max, and 1 for a hit or else 0
     #[arg(long, value_name = "FILE.npy")]
@@ -42,6 +55,18 @@ pub(crate) struct BakeArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Receivers")]
 pub(crate) struct ReceiverArgs {
+    /// Bake a texture of N x N texels, by the texture coordinates of the scene: this is so by default, with 1024, but for .ply
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535), conflicts_with_all = ["vertices", "points"])]
+    texels: Option<u32>,
+
+    /// Receivers per texel, spread over it [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
+    texel_samples: Option<u32>,
+
+    /// Texels around each chart that take the nearest value, in images [default: 16]
+    #[arg(long, value_name = "N")]
+    pub(crate) margin: Option<u32>,
+
     /// Bake the vertices of the scene, in file order
     #[arg(long, conflicts_with = "points")]
     pub(crate) vertices: bool,
@@ -57,44 +82,6 @@ pub(crate) struct ReceiverArgs {
     /// Move points by this much along their normals, for points that may lie beneath their surface
     #[arg(long, value_name = "D", default_value_t = 0.0, allow_hyphen_values = true)]
     pub(crate) bias: f64,
-}
-
-/// Which rays there are, and how they count.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Rays")]
-struct SamplingArgs {
-    /// Rays of a receiver; about as many where sets are shared
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=65536))]
-    rays: u32,
-
-    /// How far occluders count: world units, or percent of the diagonal of the scene's box; 0 is unlimited
-    #[arg(long, value_name = "D|P%", default_value = "0", value_parser = parse_distance, allow_hyphen_values = true)]
-    max_distance: Distance,
-
-    /// linear: an occluder at t counts 1 - t/D, where D is --max-distance
-    #[arg(long, value_enum, default_value = "none")]
-    falloff: FalloffArg,
-
-    /// How much a direction counts: the cosine of its angle to the normal, or all the same
-    #[arg(long, value_enum, default_value = "cosine")]
-    weighting: WeightingArg,
-
-    /// What 1 means: nothing occludes (white is open), or all is occluded
-    #[arg(long, value_enum, default_value = "openness")]
-    polarity: PolarityArg,
-
-    /// shared: the same directions for all, the least error. interleaved: 16 sets in turn, noise instead of bands.
-    /// independent: each receiver its own
-    #[arg(long, value_enum, default_value = "shared")]
-    set: SetArg,
-
-    /// How the engine groups rays. Never changes an output
-    #[arg(long, value_enum, default_value = "auto")]
-    group: GroupArg,
-
-    /// Another number takes other directions
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
 }
 
 /// What occludes.
@@ -125,28 +112,25 @@ pub(crate) struct OccluderArgs {
 impl BakeArgs {
     /// Refuses options that contradict each other. Nothing has been read yet.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let nothing = self.outputs().next().is_none();
-        let receivers = &self.receivers;
+        self.sampling.check()?;
+        let (receivers, target) = (&self.receivers, self.target());
+        let texels = matches!(target, Target::Texels(_));
+        let is_png = self.output.as_deref().is_some_and(|path| extension(path) == "png");
         refuse_first(&[
             (
-                !receivers.vertices && receivers.points.is_none(),
-                "what shall be baked? give --vertices, or --points FILE.npy",
+                self.outputs().next().is_none(),
+                "nothing to do: give -o FILE.png or FILE.ply, --bent FILE.npy, --coverage FILE or --dump-rays FILE.npy",
             ),
+            (receivers.points.is_none() && receivers.point_ids.is_some(), "--point-ids goes with --points"),
             (
-                nothing,
-                "nothing to do: give -o FILE.npy or FILE.ply, --bent FILE.npy, or --dump-rays FILE.npy",
+                receivers.points.is_none() && receivers.bias != 0.0,
+                "--bias goes with --points; surfaces need none",
             ),
-            (receivers.vertices && receivers.point_ids.is_some(), "--point-ids goes with --points"),
-            (receivers.vertices && receivers.bias != 0.0, "--bias goes with --points; vertices need none"),
+            (!texels && receivers.texel_samples.is_some(), "--texel-samples goes with --texels"),
+            (!texels && receivers.margin.is_some(), "--margin goes with --texels"),
+            (!texels && self.coverage.is_some(), "--coverage goes with --texels"),
+            (!(texels && is_png) && self.bits.is_some(), "--bits goes with --texels and -o FILE.png"),
             (!receivers.bias.is_finite(), "--bias must be a finite number"),
-            (
-                self.sampling.falloff == FalloffArg::Linear && self.sampling.max_distance.is_unlimited(),
-                "--falloff linear goes down to 0 at --max-distance: give one, such as 10%",
-            ),
-            (
-                self.sampling.set == SetArg::Independent && self.sampling.group == GroupArg::Direction,
-                "--set independent has no common directions for --group direction: take auto or origin",
-            ),
         ])?;
         let arrays = [("--bent", &self.bent), ("--dump-rays", &self.dump_rays)];
         for (option, path) in arrays.into_iter().filter_map(|(option, path)| Some((option, path.as_ref()?))) {
@@ -154,11 +138,18 @@ impl BakeArgs {
                 return Err(Error::Usage(format!("{}: {option} takes .npy", path.display())));
             }
         }
-        if let Some(path) = &self.output
-            && !["npy", "ply"].contains(&extension(path).as_str())
+        let images: &[&str] = &["png", "exr", "npy"];
+        let of_output = if texels { images } else { &["npy", "ply"] };
+        for (option, path, formats) in
+            [("-o", &self.output, of_output), ("--coverage", &self.coverage, images)]
         {
-            let shown = path.display();
-            return Err(Error::Usage(format!("{shown}: -o takes one of .npy, .ply for vertices and points")));
+            if let Some(path) = path
+                && !formats.contains(&extension(path).as_str())
+            {
+                let (shown, formats) = (path.display(), formats.join(", ."));
+                let what = target.name();
+                return Err(Error::Usage(format!("{shown}: {option} takes one of .{formats} for {what}")));
+            }
         }
         let files: Vec<_> = self.outputs().collect();
         let twice = (1..files.len()).find(|&k| files[..k].contains(&files[k]));
@@ -167,118 +158,72 @@ impl BakeArgs {
         })
     }
 
-    /// The files that are asked for.
-    pub(crate) fn outputs(&self) -> impl Iterator<Item = &PathBuf> {
-        [&self.output, &self.bent, &self.dump_rays].into_iter().flatten()
-    }
-
     /// What is baked, and how: distances are measured in the scene.
     pub(crate) fn options(&self, scene: &Scene) -> BakeOptions {
-        let sampling = &self.sampling;
         BakeOptions {
-            rays: sampling.rays,
-            set: match sampling.set {
-                SetArg::Shared => SampleSet::Shared,
-                SetArg::Interleaved => SampleSet::Interleaved,
-                SetArg::Independent => SampleSet::Independent,
-            },
-            weighting: match sampling.weighting {
-                WeightingArg::Cosine => Weighting::Cosine,
-                WeightingArg::Uniform => Weighting::Uniform,
-            },
-            reach: Reach {
-                max_distance: sampling.max_distance.in_scene(scene),
-                falloff: match sampling.falloff {
-                    FalloffArg::None => Falloff::None,
-                    FalloffArg::Linear => Falloff::Linear,
-                },
-            },
             back_faces: !self.occluders.ignore_back_faces,
-            polarity: match sampling.polarity {
-                PolarityArg::Openness => Polarity::Openness,
-                PolarityArg::Occlusion => Polarity::Occlusion,
-            },
             bent: self.bent.is_some(),
             traced: self.dump_rays.is_some(),
-            seed: sampling.seed,
-            grouping: match sampling.group {
-                GroupArg::Auto => Grouping::Auto,
-                GroupArg::Origin => Grouping::Origin,
-                GroupArg::Direction => Grouping::Direction,
+            columns: match self.target() {
+                Target::Texels(AtlasOptions { size, .. }) => Some(size),
+                _ => None,
             },
-            columns: None,
+            ..self.sampling.options(scene)
         }
     }
-}
 
-/// A distance on the command line.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Distance {
-    /// In world units.
-    World(f64),
-    /// In percent of the diagonal of the scene's box.
-    Percent(f64),
-}
-
-impl Distance {
-    fn is_unlimited(self) -> bool {
-        matches!(self, Self::World(0.0) | Self::Percent(0.0))
-    }
-
-    /// In world units; 0 is unlimited.
-    fn in_scene(self, scene: &Scene) -> f64 {
-        match self {
-            Self::World(distance) => distance,
-            Self::Percent(percent) => {
-                let bounds = scene.bounds();
-                if bounds.is_empty() {
-                    return 0.0;
-                }
-                let [lo, hi] = [bounds.lo, bounds.hi].map(|p| DVec3::from_array(p.map(f64::from)));
-                (hi - lo).length() * percent / 100.0
+    /// What is baked: texels, unless something else is named, or the output is a mesh.
+    pub(crate) fn target(&self) -> Target<'_> {
+        let ReceiverArgs { texels, texel_samples, vertices, points, .. } = &self.receivers;
+        let is_mesh = self.output.as_deref().is_some_and(|path| extension(path) == "ply");
+        match points {
+            Some(path) => Target::Points(path),
+            None if *vertices || is_mesh && texels.is_none() => Target::Vertices,
+            None => {
+                let AtlasOptions { size, samples } = AtlasOptions::default();
+                Target::Texels(AtlasOptions {
+                    size: texels.unwrap_or(size),
+                    samples: texel_samples.unwrap_or(samples),
+                })
             }
         }
     }
+
+    /// The levels of a PNG.
+    pub(crate) fn bits(&self) -> GrayBits {
+        if self.bits.as_deref() == Some("16") { GrayBits::Sixteen } else { GrayBits::Eight }
+    }
+
+    /// The files that are asked for.
+    pub(crate) fn outputs(&self) -> impl Iterator<Item = &PathBuf> {
+        [&self.coverage, &self.output, &self.bent, &self.dump_rays].into_iter().flatten()
+    }
 }
 
-/// "D" or "P%", each finite and not negative.
-fn parse_distance(text: &str) -> Result<Distance, String> {
-    let (number, distance): (&str, fn(f64) -> Distance) = match text.strip_suffix('%') {
-        Some(percent) => (percent, Distance::Percent),
-        None => (text, Distance::World),
-    };
-    let number = number.trim().parse().ok().filter(|number: &f64| number.is_finite() && *number >= 0.0);
-    number.map(distance).ok_or_else(|| "expected a distance such as 1.5, or 10% of the scene's box".into())
+/// What is baked.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Target<'a> {
+    Texels(AtlasOptions),
+    Vertices,
+    Points(&'a Path),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum SetArg {
-    Shared,
-    Interleaved,
-    Independent,
-}
+impl Target<'_> {
+    /// What it is called.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Texels(_) => "texels",
+            Self::Vertices => "vertices",
+            Self::Points(_) => "points",
+        }
+    }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum FalloffArg {
-    None,
-    Linear,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum WeightingArg {
-    Cosine,
-    Uniform,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum PolarityArg {
-    Openness,
-    Occlusion,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum GroupArg {
-    Auto,
-    Origin,
-    Direction,
+    /// What to make smaller where memory is short.
+    pub(crate) fn remedy(self) -> &'static str {
+        match self {
+            Self::Texels(_) => "--texels",
+            Self::Vertices => "scene",
+            Self::Points(_) => "--points",
+        }
+    }
 }

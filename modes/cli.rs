@@ -135,7 +135,7 @@ pub(crate) enum Command {
     Visible(VisibleArgs),
     /// Exact shadows per pixel, and maps of the distances that lights see
     Shadow(ShadowArgs),
-    /// Bake ambient occlusion of vertices and points
+    /// Bake ambient occlusion: into a texture, at vertices, or at points
     Bake(BakeArgs),
     /// Check pencils against the general path and against tiny-skia, on your own scene
     Verify(VerifyArgs),

@@ -102,15 +102,15 @@ pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil}
 pub use map_compare::{MapErrors, compare_maps};
 pub use shadow::{MaskCounts, Receivers, point_light, receivers, shadow_masks, sun_light};
 
+pub use atlas::{Atlas, AtlasOptions, TexelReceiver};
 pub use bake::{Bake, BakeReceivers, Baked, TracedRay};
 pub use bake_options::{BakeOptions, Polarity};
 pub use occluders::Occluders;
 pub use point_receivers::read_points;
 pub use sample_sets::{Falloff, Reach, SampleSet, Weighting};
-pub use vertex_receivers::VertexReceivers;
-pub use atlas::{Atlas, AtlasOptions, TexelReceiver};
 pub use texels::TexelImage;
 pub use uv_check::{UvCheck, check_uvs};
+pub use vertex_receivers::VertexReceivers;
 
 pub use verify::{Mark, Verification, verify, verify_buffer};
 pub use visible::{Visible, visible};

@@ -2,6 +2,9 @@
 
 mod bake_args;
 mod bake_command;
+mod bake_files;
+mod bake_sampling_args;
+mod bake_source;
 mod camera_args;
 mod cli;
 mod commands;

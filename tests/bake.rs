@@ -23,6 +23,8 @@ mod refusals;
 #[path = "bake/sets.rs"]
 mod sets;
 mod support;
+#[path = "bake/texels.rs"]
+mod texels;
 #[path = "bake/vertices.rs"]
 mod vertices;
 

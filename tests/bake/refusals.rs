@@ -41,7 +41,16 @@ fn refuse(line: &str, code: i32, named: &str) {
 #[test]
 fn options_that_cannot_be_meant() {
     for (line, named) in [
-        ("-o a.npy", "--vertices"),
+        ("--texels 8", "-o FILE"),
+        ("--texels 8 -o a.ply", ".exr"),
+        ("--texels 8 --vertices -o a.npy", "--texels"),
+        ("--texels 8 --points p.npy -o a.npy", "--texels"),
+        ("--vertices -o a.npy --texel-samples 4", "--texel-samples"),
+        ("--vertices -o a.npy --margin 4", "--margin"),
+        ("--vertices -o a.npy --coverage c.npy", "--coverage"),
+        ("--texels 8 -o a.npy --coverage c.ply", "--coverage"),
+        ("--texels 8 -o a.npy --bits 16", "--bits"),
+        ("--texels 8 -o a.png --bits 12", "--bits"),
         ("--vertices", "-o FILE"),
         ("--vertices -o a.jpg", "a.jpg"),
         ("--vertices -o a", ".ply"),
@@ -67,6 +76,10 @@ fn options_that_cannot_be_meant() {
 fn numbers_out_of_range() {
     for (line, named) in [
         ("--rays 0", "--rays"),
+        ("--texels 0", "--texels"),
+        ("--texels 65536", "--texels"),
+        ("--texel-samples 65", "--texel-samples"),
+        ("--margin=-1", "--margin"),
         ("--rays 65537", "--rays"),
         ("--rays x", "--rays"),
         ("--max-distance=-1", "--max-distance"),
@@ -118,6 +131,7 @@ fn points_that_are_none() {
 fn scenes_and_places() {
     refuse("bake absent.obj --vertices -o a.npy", 3, "absent.obj");
     refuse("bake floor.obj --vertices --occluders absent.obj -o a.npy", 3, "absent.obj");
+    refuse("bake floor.obj -o a.png", 3, "texture coordinates");
     refuse("bake floor.obj --vertices -o nowhere/a.npy", 1, "nowhere");
     refuse("bake floor.obj --vertices -o nowhere/a.ply", 1, "nowhere");
     // All places are looked at before the first file is written, and before the work begins.
@@ -130,6 +144,7 @@ fn scenes_and_places() {
 fn limits_stop_before_the_start() {
     for (line, named) in [
         ("--vertices -o a.npy --max-memory 500", "--max-memory"),
+        ("--texels 1000 -o a.png --max-memory 10M", "--texels"),
         ("--points p.npy -o a.npy --max-memory 300", "--points"),
         ("--vertices --dump-rays d.npy --rays 60000 --max-memory 10M", "--max-memory"),
     ] {
