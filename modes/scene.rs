@@ -52,6 +52,8 @@ pub struct Scene {
     pub uvs: Vec<[f32; 2]>,
     /// For each triangle, the indices of its corners' texture coordinates or [`NO_INDEX`]; empty where no triangle has them.
     pub uv_indices: Vec<[u32; 3]>,
+    /// Whether v points down, as in glTF: image row 0 is then v = 0; else v = 1.
+    pub uv_v_down: bool,
     /// The given partition: disjoint, ascending, covering all triangles.
     pub objects: Vec<Object>,
     /// Materials that the objects name.
