@@ -19,7 +19,8 @@ use crate::{Error, GltfFile, gltf_buffers, write_atomically};
 impl GltfFile {
     /// Writes the file, with all that was added, in the format in which it was read.
     ///
-    /// The name may be that of the file read. What the file names beside it (buffers, images) is not copied.
+    /// The name may be that of the file read. What the file names beside it (buffers, images) is not copied. JSON text comes out
+    /// indented by two spaces, however it was read.
     ///
     /// # Errors
     /// [`Error::Usage`] when the extension is not that of the format read, or when the file names others beside it and

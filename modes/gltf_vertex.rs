@@ -113,31 +113,27 @@ impl GltfFile {
         Ok(told.map(|(count, what)| format!("{what}: {count}")).collect())
     }
 
-    /// The vertex colours that the stored primitives have, by accessor: three or four components each.
+    /// The vertex colours that the scene's primitives have, by accessor.
     fn read_colors(&self, document: &Document) -> Result<HashMap<usize, Vec<[f64; 4]>>, Problem> {
         let data = Data { document, buffers: &self.buffers };
-        let mut colors = HashMap::new();
+        let mut colors: HashMap<usize, Vec<[f64; 4]>> = HashMap::new();
         for origin in &self.origins {
             let place = format!("meshes[{}].primitives[{}]", origin.mesh, origin.primitive);
             let primitive = &document.meshes[origin.mesh].primitives[origin.primitive];
             let Some(&accessor) = primitive.attributes.get(VertexTarget::Color0.attribute()) else {
                 continue;
             };
-            if colors.contains_key(&accessor) {
-                continue;
-            }
-            let is_opaque = document.accessors.get(accessor).is_some_and(|accessor| accessor.kind == "VEC3");
-            let read = if is_opaque {
-                let opaque = |[r, g, b]: [f64; 3]| [r, g, b, 1.0];
-                data.vectors(accessor, &place)?.into_iter().map(opaque).collect()
-            } else {
-                data.vectors(accessor, &place)?
+            let count = match colors.get(&accessor) {
+                Some(known) => known.len(),
+                None => {
+                    let read = read_color(data, accessor, &place)?;
+                    colors.entry(accessor).or_insert(read).len()
+                }
             };
-            if read.len() != origin.vertices.len() {
-                let vertices = origin.vertices.len();
-                return Err(broken(format!("{place} has {vertices} positions, but {} colours", read.len())));
+            let vertices = origin.vertices.len();
+            if count != vertices {
+                return Err(broken(format!("{place} has {vertices} positions, but {count} colours")));
             }
-            colors.insert(accessor, read);
         }
         Ok(colors)
     }
@@ -166,6 +162,16 @@ impl GltfFile {
             json!({ "bufferView": view, "componentType": FLOAT, "count": values.len(), "type": kind });
         push(&mut self.json, "accessors", accessor)
     }
+}
+
+/// Colours of three or four components; alpha is 1 where there are three.
+fn read_color(data: Data<'_>, accessor: usize, place: &str) -> Result<Vec<[f64; 4]>, Problem> {
+    let has_alpha = data.document.accessors.get(accessor).is_none_or(|accessor| accessor.kind != "VEC3");
+    if has_alpha {
+        return data.vectors(accessor, place);
+    }
+    let opaque: Vec<[f64; 3]> = data.vectors(accessor, place)?;
+    Ok(opaque.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect())
 }
 
 /// The accessor of a primitive's attribute.
