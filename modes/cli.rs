@@ -145,7 +145,7 @@ pub(crate) enum Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 
@@ -162,7 +162,7 @@ pub(crate) struct RenderArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct VisibleArgs {
-    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 
@@ -184,7 +184,7 @@ pub(crate) struct VisibleArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
-    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 
@@ -198,7 +198,7 @@ pub(crate) struct VerifyArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 

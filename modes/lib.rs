@@ -44,6 +44,30 @@ mod exr_file;
 mod flower;
 mod foliage;
 mod footprint;
+#[cfg(feature = "gltf")]
+mod gltf;
+#[cfg(feature = "gltf")]
+mod gltf_accessor;
+#[cfg(feature = "gltf")]
+mod gltf_buffers;
+#[cfg(feature = "gltf")]
+mod gltf_container;
+#[cfg(feature = "gltf")]
+mod gltf_extensions;
+#[cfg(feature = "gltf")]
+mod gltf_instances;
+#[cfg(feature = "gltf")]
+mod gltf_json;
+#[cfg(feature = "gltf")]
+mod gltf_nodes;
+#[cfg(feature = "gltf")]
+mod gltf_patch;
+#[cfg(feature = "gltf")]
+mod gltf_scene;
+#[cfg(feature = "gltf")]
+mod gltf_texture;
+#[cfg(feature = "gltf")]
+mod gltf_vertex;
 mod hammersley;
 mod info;
 mod ktx2_file;
@@ -86,6 +110,10 @@ mod visible;
 pub use error::Error;
 
 pub use builtin::{BuiltinView, builtin, builtin_view};
+#[cfg(feature = "gltf")]
+pub use gltf::{GltfFile, GltfOptions, GltfOrigin, read_gltf};
+#[cfg(feature = "gltf")]
+pub use gltf_vertex::VertexTarget;
 pub use load::{LoadOptions, load};
 #[cfg(feature = "obj")]
 pub use obj::{ObjOptions, read_obj};
