@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use glam::DVec3;
 use umbel::{AtlasOptions, BakeOptions, Error, GrayBits, Scene};
 
+use crate::bake_gltf;
 use crate::bake_sampling_args::SamplingArgs;
 use crate::camera_args::refuse_first;
 use crate::parse::parse_vector;
@@ -20,8 +21,8 @@ pub(crate) struct BakeArgs {
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 
-    /// Texels as .png, .exr or .npy; vertices and points as .npy, or as .ply with positions, faces and gray. NaN in arrays, and
-    /// white in a PNG, is where nothing was baked
+    /// Texels as .png, .exr or .npy; vertices and points as .npy, or as .ply with positions, faces and gray; .glb and .gltf are the
+    /// scene's own file with openness in it. NaN in arrays, and white in a PNG, is where nothing was baked
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
@@ -33,7 +34,11 @@ pub(crate) struct BakeArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) coverage: Option<PathBuf>,
 
-    /// Bits of a gray PNG [default: 8]
+    /// Where a .glb or .gltf has the openness of vertices: in the attribute _AO, or in COLOR_0, which all viewers show
+    #[arg(long, value_enum, default_value = "ao")]
+    pub(crate) into: IntoArg,
+
+    /// Bits of a gray PNG, or of the texture in a .glb or .gltf [default: 8]
     #[arg(long, value_name = "8|16", value_parser = ["8", "16"])]
     bits: Option<String>,
 
@@ -49,6 +54,13 @@ pub(crate) struct BakeArgs {
 
     #[command(flatten)]
     pub(crate) occluders: OccluderArgs,
+}
+
+/// Where a glTF file has openness at vertices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum IntoArg {
+    Ao,
+    Color0,
 }
 
 /// What is baked.
@@ -115,7 +127,8 @@ impl BakeArgs {
         self.sampling.check()?;
         let (receivers, target) = (&self.receivers, self.target());
         let texels = matches!(target, Target::Texels(_));
-        let is_png = self.output.as_deref().is_some_and(|path| extension(path) == "png");
+        let output = self.output.as_deref().map(extension).unwrap_or_default();
+        let is_gltf = bake_gltf::FORMATS.contains(&output.as_str());
         refuse_first(&[
             (
                 self.outputs().next().is_none(),
@@ -129,7 +142,15 @@ impl BakeArgs {
             (!texels && receivers.texel_samples.is_some(), "--texel-samples goes with --texels"),
             (!texels && receivers.margin.is_some(), "--margin goes with --texels"),
             (!texels && self.coverage.is_some(), "--coverage goes with --texels"),
-            (!(texels && is_png) && self.bits.is_some(), "--bits goes with --texels and -o FILE.png"),
+            (
+                !(texels && (output == "png" || is_gltf)) && self.bits.is_some(),
+                "--bits goes with --texels and -o FILE.png, .glb or .gltf",
+            ),
+            (
+                self.into != IntoArg::Ao && !(is_gltf && matches!(target, Target::Vertices)),
+                "--into goes with --vertices and -o FILE.glb or .gltf",
+            ),
+            (is_gltf && !self.sampling.is_openness(), "--polarity: glTF has openness, and nothing else"),
             (!receivers.bias.is_finite(), "--bias must be a finite number"),
         ])?;
         let arrays = [("--bent", &self.bent), ("--dump-rays", &self.dump_rays)];
@@ -139,10 +160,13 @@ impl BakeArgs {
             }
         }
         let images: &[&str] = &["png", "exr", "npy"];
-        let of_output = if texels { images } else { &["npy", "ply"] };
-        for (option, path, formats) in
-            [("-o", &self.output, of_output), ("--coverage", &self.coverage, images)]
-        {
+        let of_output = match target {
+            Target::Texels(_) => [images, bake_gltf::FORMATS].concat(),
+            Target::Vertices => [&["npy", "ply"], bake_gltf::FORMATS].concat(),
+            Target::Points(_) => vec!["npy", "ply"],
+        };
+        let named = [("-o", &self.output, &of_output[..]), ("--coverage", &self.coverage, images)];
+        for (option, path, formats) in named {
             if let Some(path) = path
                 && !formats.contains(&extension(path).as_str())
             {

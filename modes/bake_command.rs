@@ -10,10 +10,11 @@ use umbel::{
 };
 
 use crate::bake_args::{BakeArgs, OccluderArgs};
-use crate::bake_files::write;
+use crate::bake_files::Files;
+use crate::bake_gltf::Patched;
 use crate::bake_source::{Extent, Results, Source};
 use crate::cli::Common;
-use crate::commands::{available_bytes, limit_memory, load_scene, print_run, progress};
+use crate::commands::{available_bytes, limit_memory, load_scene, print_run, progress, say};
 use crate::report::{Report, Times, timed};
 
 /// The most bytes that a piece takes where the user sets no limit.
@@ -35,7 +36,10 @@ struct Plan {
 pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     args.check()?;
     let mut times = Times::default();
-    let scene = load_scene(&args.scene, common, &mut times)?;
+    let (scene, patched) = match Patched::load(args, common, &mut times)? {
+        Some((patched, scene)) => (scene, Some(patched)),
+        None => (load_scene(&args.scene, common, &mut times)?, None),
+    };
     let options = args.options(&scene);
     let bake = Bake::new(options)?;
     let occluders = timed(&mut times.load, || occluders(&scene, &args.occluders, common))?;
@@ -55,7 +59,10 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     if common.verbose {
         anstream::eprintln!("{} receivers, {} rays", found.receivers, found.rays);
     }
-    timed(&mut times.write, || write(args, (&scene, &source), found, options.polarity, &mut hash))?;
+    timed(&mut times.write, || {
+        let files = Files { args, common, scene: &scene, source: &source, patched };
+        files.write(found, options.polarity, &mut hash)
+    })?;
     if common.verbose {
         print_run(&times, &stats);
     }
@@ -115,7 +122,7 @@ pub(crate) fn vertices_forecast(scene: &Scene) -> Result<u64, Error> {
 /// Says what is odd about texture coordinates.
 fn warn(source: &Source<'_>, common: &Common) {
     if let (Source::Texels(atlas, _), false) = (source, common.quiet) {
-        check_uvs(atlas).warnings().iter().for_each(|warning| anstream::eprintln!("warning: {warning}"));
+        say(&check_uvs(atlas).warnings(), common);
     }
 }
 

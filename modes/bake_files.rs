@@ -6,79 +6,109 @@ use std::path::Path;
 
 use glam::DVec3;
 use umbel::{
-    Array, Channel, Error, GrayBits, Polarity, Samples, Scene, TexelImage, write_exr, write_npy,
-    write_ply_mesh, write_png_gray,
+    Array, Channel, Error, GrayBits, Polarity, Samples, Scene, TexelImage, encode_png_gray, write_exr,
+    write_npy, write_ply_mesh, write_png_gray,
 };
 
-use crate::bake_args::BakeArgs;
+use crate::bake_args::{BakeArgs, MARGIN};
+use crate::bake_gltf::Patched;
 use crate::bake_source::{Results, Source, Values};
+use crate::cli::Common;
 use crate::picture::extension;
 
-/// Writes the files that were asked for, and hashes their numbers.
-pub(crate) fn write(
-    args: &BakeArgs,
-    (scene, source): (&Scene, &Source<'_>),
-    found: Results,
-    polarity: Polarity,
-    hash: &mut blake3::Hasher,
-) -> Result<(), Error> {
-    let name = if polarity == Polarity::Openness { "openness" } else { "occlusion" };
-    let mut hashed = |values: &[f32]| {
-        values.iter().for_each(|value| _ = hash.update(&value.to_le_bytes()));
-    };
-    let (shape, bent) = match found.values {
-        Values::List(values, bent) => {
-            if let Some(path) = &args.output {
-                hashed(&values);
-                write_list(path, (scene, source), name, &values)?;
-            }
-            (vec![values.len()], bent)
-        }
-        Values::Image(mut image, bent) => {
-            let side = image.size() as usize;
-            if let Some(path) = &args.coverage {
-                let covered: Vec<f32> = image.covered().iter().map(|&covered| f32::from(covered)).collect();
-                hashed(&covered);
-                write_plane(path, side, "coverage", &covered, GrayBits::Eight)?;
-            }
-            if let Some(path) = &args.output {
-                if extension(path) != "npy" {
-                    image.extend(args.receivers.margin.unwrap_or(crate::bake_args::MARGIN));
-                }
-                hashed(image.values().as_flattened());
-                write_plane(path, side, name, image.values().as_flattened(), args.bits())?;
-            }
-            (vec![side, side], bent.map_or(Vec::new(), |bent| unit_vectors(&bent)))
-        }
-    };
-    if let Some(path) = &args.bent {
-        hashed(bent.as_flattened());
-        write_npy(path, &[shape, vec![3]].concat(), Array::F32(bent.as_flattened()))?;
-    }
-    if let Some(path) = &args.dump_rays {
-        hashed(found.traced.as_flattened());
-        write_npy(path, &[found.traced.len(), 8], Array::F32(found.traced.as_flattened()))?;
-    }
-    Ok(())
+/// What is written, and what from.
+pub(crate) struct Files<'a> {
+    pub(crate) args: &'a BakeArgs,
+    pub(crate) common: &'a Common,
+    pub(crate) scene: &'a Scene,
+    pub(crate) source: &'a Source<'a>,
+    /// The file of the scene, where the output is one like it.
+    pub(crate) patched: Option<Patched>,
 }
 
-/// Writes values one after the other: on the scene itself, or on points without faces.
-fn write_list(
-    path: &Path,
-    (scene, source): (&Scene, &Source<'_>),
-    name: &str,
-    values: &[f32],
-) -> Result<(), Error> {
-    if extension(path) == "npy" {
-        return write_npy(path, &[values.len()], Array::F32(values));
-    }
-    match source {
-        Source::Points(points) => {
-            let positions = points.hemispheres.iter().map(|hemisphere| hemisphere.receiver.point).collect();
-            write_ply_mesh(path, &Scene { positions, ..Scene::default() }, name, values)
+impl Files<'_> {
+    /// Writes the files that were asked for, and hashes their numbers.
+    pub(crate) fn write(
+        mut self,
+        found: Results,
+        polarity: Polarity,
+        hash: &mut blake3::Hasher,
+    ) -> Result<(), Error> {
+        let name = if polarity == Polarity::Openness { "openness" } else { "occlusion" };
+        let (shape, bent) = match found.values {
+            Values::List(values, bent) => {
+                self.write_list(name, &values, hash)?;
+                (vec![values.len()], bent)
+            }
+            Values::Image(image, bent) => {
+                let side = image.size() as usize;
+                self.write_image(name, image, hash)?;
+                (vec![side, side], bent.map_or(Vec::new(), |bent| unit_vectors(&bent)))
+            }
+        };
+        if let Some(path) = &self.args.bent {
+            hash_numbers(hash, bent.as_flattened());
+            write_npy(path, &[shape, vec![3]].concat(), Array::F32(bent.as_flattened()))?;
         }
-        _ => write_ply_mesh(path, scene, name, values),
+        if let Some(path) = &self.args.dump_rays {
+            hash_numbers(hash, found.traced.as_flattened());
+            write_npy(path, &[found.traced.len(), 8], Array::F32(found.traced.as_flattened()))?;
+        }
+        Ok(())
     }
+
+    /// Writes values one after the other: as an array, on the scene itself, or on points without faces.
+    fn write_list(&mut self, name: &str, values: &[f32], hash: &mut blake3::Hasher) -> Result<(), Error> {
+        let Some(path) = &self.args.output else { return Ok(()) };
+        hash_numbers(hash, values);
+        match (self.patched.take(), self.source) {
+            (Some(file), _) => file.write_vertices(path, values, (self.args.into, self.common)),
+            _ if extension(path) == "npy" => write_npy(path, &[values.len()], Array::F32(values)),
+            (None, Source::Points(points)) => {
+                let positions =
+                    points.hemispheres.iter().map(|hemisphere| hemisphere.receiver.point).collect();
+                write_ply_mesh(path, &Scene { positions, ..Scene::default() }, name, values)
+            }
+            _ => write_ply_mesh(path, self.scene, name, values),
+        }
+    }
+
+    /// Writes which texels were baked, and their values.
+    fn write_image(
+        &mut self,
+        name: &str,
+        mut image: TexelImage<1>,
+        hash: &mut blake3::Hasher,
+    ) -> Result<(), Error> {
+        let (args, side) = (self.args, image.size() as usize);
+        if let Some(path) = &args.coverage {
+            let covered: Vec<f32> = image.covered().iter().map(|&covered| f32::from(covered)).collect();
+            hash_numbers(hash, &covered);
+            write_plane(path, side, "coverage", &covered, GrayBits::Eight)?;
+        }
+        let Some(path) = &args.output else { return Ok(()) };
+        if extension(path) != "npy" {
+            image.extend(args.receivers.margin.unwrap_or(MARGIN));
+        }
+        let values = image.values().as_flattened();
+        hash_numbers(hash, values);
+        match self.patched.take() {
+            Some(file) => file.write_texture(path, &png(path, side, values, args)?, self.common),
+            None => write_plane(path, side, name, values, args.bits()),
+        }
+    }
+}
+
+/// Hashes numbers, little-endian.
+fn hash_numbers(hash: &mut blake3::Hasher, values: &[f32]) {
+    values.iter().for_each(|value| _ = hash.update(&value.to_le_bytes()));
+}
+
+/// The bytes of a square texture, for a file that holds it.
+fn png(path: &Path, side: usize, values: &[f32], args: &BakeArgs) -> Result<Vec<u8>, Error> {
+    // In range: the sides of an atlas are.
+    let encoded = encode_png_gray(side as u32, side as u32, values, args.bits());
+    encoded.map_err(|problem| Error::Write { path: path.to_owned(), problem })
 }
 
 /// Writes a square of values.

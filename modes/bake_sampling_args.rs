@@ -59,6 +59,11 @@ impl SamplingArgs {
         ])
     }
 
+    /// Whether 1 is open.
+    pub(crate) fn is_openness(&self) -> bool {
+        self.polarity == PolarityArg::Openness
+    }
+
     /// What these options say: distances are measured in the scene. The rest is as it is by default.
     pub(crate) fn options(&self, scene: &Scene) -> BakeOptions {
         BakeOptions {

@@ -28,12 +28,20 @@ pub(crate) const SHADOW_BYTES: u64 = 31;
 pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
     let options = LoadOptions { drop_non_finite: common.drop_non_finite };
     let scene = timed(&mut times.load, || load(name, options))?;
-    if !common.quiet {
-        for warning in &scene.warnings {
-            anstream::eprintln!("warning: {warning}");
-        }
-    }
+    print_warnings(&scene, common);
     Ok(scene)
+}
+
+/// Says what the reader of a scene has noticed.
+pub(crate) fn print_warnings(scene: &Scene, common: &Common) {
+    say(&scene.warnings, common);
+}
+
+/// Prints warnings, unless only errors are wanted.
+pub(crate) fn say(warnings: &[String], common: &Common) {
+    if !common.quiet {
+        warnings.iter().for_each(|warning| anstream::eprintln!("warning: {warning}"));
+    }
 }
 
 /// `umbel render`.

@@ -26,8 +26,7 @@ impl GltfFile {
     /// [`Error::Usage`] when the extension is not that of the format read, or when the file names others beside it and
     /// `path` is in another directory. [`Error::Write`] when it cannot be written; then nothing has changed.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
-        self.check_name(path)?;
-        self.check_neighbours(path)?;
+        self.check_output(path)?;
         let with_uri = self.own_buffer.and_then(|index| {
             let bytes = self.buffers.get(index)?.as_deref()?;
             let mut json = self.json.clone();
@@ -45,6 +44,15 @@ impl GltfFile {
     }
 
     /// Formats are not converted: that would have to move every buffer.
+    /// Whether the file can be written under a name, as far as that depends on what it holds.
+    ///
+    /// # Errors
+    /// [`Error::Usage`], as [`GltfFile::write`].
+    pub fn check_output(&self, path: &Path) -> Result<(), Error> {
+        self.check_name(path)?;
+        self.check_neighbours(path)
+    }
+
     fn check_name(&self, path: &Path) -> Result<(), Error> {
         let expected = if self.is_glb { "glb" } else { "gltf" };
         let extension = path.extension().unwrap_or_default();

@@ -149,7 +149,9 @@ pub use mesh_ply::write_ply_mesh;
 pub use npy::{Array, write_npy};
 pub use npy_reader::{read_npy, read_npy_ids};
 pub use output::{WriteSeek, WritingPause, check_output, pause_writing, write_atomically};
-pub use png_file::{GrayBits, read_png_rgb8, srgb_encode, write_png_gray, write_png_rgb8, write_png_rgba8};
+pub use png_file::{
+    GrayBits, encode_png_gray, read_png_rgb8, srgb_encode, write_png_gray, write_png_rgb8, write_png_rgba8,
+};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -3,6 +3,8 @@
 mod bake_args;
 mod bake_command;
 mod bake_files;
+#[cfg_attr(not(feature = "gltf"), path = "bake_no_gltf.rs")]
+mod bake_gltf;
 mod bake_sampling_args;
 mod bake_source;
 mod camera_args;

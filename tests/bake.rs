@@ -7,6 +7,9 @@
 #[path = "bake/formulas.rs"]
 mod formulas;
 mod generators;
+#[cfg(feature = "gltf")]
+#[path = "bake/gltf.rs"]
+mod gltf;
 #[path = "bake/interrupted.rs"]
 mod interrupted;
 #[path = "bake/occluders.rs"]
