@@ -49,6 +49,9 @@ fn a_ground_plane() {
     let [side, top, bottom] = bake("--ground-plane")[..] else { panic!("three values") };
     assert!((side - 0.5).abs() < 0.005, "{side}");
     assert_eq!([top, bottom], [1.0, 0.0]);
+    // The ground's front is up.
+    let fronts = bake("--ground-plane --ignore-back-faces");
+    assert!((fronts[0] - 0.5).abs() < 0.005 && fronts[1..] == [1.0, 0.0], "{fronts:?}");
     // Up is the other way, of any length: the top stands on the ground.
     let [side, top, bottom] = bake("--ground-plane --up 0,-1e-30,0")[..] else { panic!("three values") };
     assert!((side - 0.5).abs() < 0.005, "{side}");
