@@ -99,6 +99,13 @@ fn triangles_without_area_in_the_texture_cover_but_never_take() {
 }
 
 #[test]
+fn without_coverage_area_comes_before_nearness() {
+    // A segment that passes the centre of the only texel at 0.1, and a triangle at 0.3.
+    let scene = soup(&[[[0.0, 0.6], [0.5, 0.6], [1.0, 0.6]], [[0.8, 0.0], [0.9, 0.0], [0.8, 1.0]]]);
+    assert_eq!(triangles(&receivers(&scene, 1, 1))[&0], [1]);
+}
+
+#[test]
 fn triangles_without_area_in_space_or_texture_coordinates_are_not_baked() {
     let mut scene = soup(&[[[0.0, 0.0], [0.4, 0.0], [0.0, 0.4]]; 1]);
     push(&mut scene, [[0.0; 3], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]], [[0.6, 0.6], [0.9, 0.6], [0.6, 0.9]]);
