@@ -20,6 +20,7 @@ use std::f64::consts::PI;
 use umbel_core::{Aabb, Film, GridFilm, Origin, Pencil};
 
 use crate::Error;
+use crate::hammersley::hammersley;
 
 /// Subpixels per pixel side for supersampling: offsets are whole numbers of 1/(2·SUBPIXELS) pixel.
 const SUBPIXELS: u32 = 128;
@@ -166,10 +167,8 @@ impl Camera {
         if passes == 1 {
             return self.shot();
         }
-        let (pass, passes) = (f64::from(pass), f64::from(passes));
-        let reversed = f64::from((pass as u32).reverse_bits()) / f64::from(u32::MAX);
         let offset = |x: f64| ((2.0 * x - 1.0) * f64::from(SUBPIXELS)).round_ties_even() as i32;
-        self.shot_at([offset((pass + 0.5) / passes), offset(reversed * (1.0 - 1.0 / passes) + 0.5 / passes)])
+        self.shot_at(hammersley(pass, passes).map(offset))
     }
 
     /// The rays, moved by `offset`/(2·SUBPIXELS) pixels to the right and up.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use umbel::{Accuracy, Isa, Options, Path};
 
+use crate::bake_args::BakeArgs;
 use crate::camera_args::CameraArgs;
 use crate::parse::parse_bytes;
 use crate::picture_args::PictureArgs;
@@ -134,6 +135,8 @@ pub(crate) enum Command {
     Visible(VisibleArgs),
     /// Exact shadows per pixel, and maps of the distances that lights see
     Shadow(ShadowArgs),
+    /// Bake ambient occlusion: into a texture, at vertices, or at points
+    Bake(BakeArgs),
     /// Check pencils against the general path and against tiny-skia, on your own scene
     Verify(VerifyArgs),
     /// Print counts, bounds, and degenerate and non-finite elements
@@ -142,7 +145,7 @@ pub(crate) enum Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 
@@ -159,7 +162,7 @@ pub(crate) struct RenderArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct VisibleArgs {
-    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 
@@ -181,7 +184,7 @@ pub(crate) struct VisibleArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
-    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 
@@ -195,7 +198,7 @@ pub(crate) struct VerifyArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 

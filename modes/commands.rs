@@ -3,12 +3,13 @@
 use std::io::Write as _;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use serde_json::json;
+use serde_json::{Map, json};
 use umbel::{
     Camera, Error, Frame, Lens, LoadOptions, Scene, Stats, VisibilityBuffer, info, load, preview_lit, verify,
     write_png_rgb8,
 };
 
+use crate::bake_command::vertices_forecast;
 use crate::cli::{Common, InfoArgs, RenderArgs, VerifyArgs};
 use crate::picture::{Files, Picture, Sight};
 use crate::report::{Report, Times, kibibytes, timed};
@@ -27,12 +28,20 @@ pub(crate) const SHADOW_BYTES: u64 = 31;
 pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
     let options = LoadOptions { drop_non_finite: common.drop_non_finite };
     let scene = timed(&mut times.load, || load(name, options))?;
-    if !common.quiet {
-        for warning in &scene.warnings {
-            anstream::eprintln!("warning: {warning}");
-        }
-    }
+    print_warnings(&scene, common);
     Ok(scene)
+}
+
+/// Says what the reader of a scene has noticed.
+pub(crate) fn print_warnings(scene: &Scene, common: &Common) {
+    say(&scene.warnings, common);
+}
+
+/// Prints warnings, unless only errors are wanted.
+pub(crate) fn say(warnings: &[String], common: &Common) {
+    if !common.quiet {
+        warnings.iter().for_each(|warning| anstream::eprintln!("warning: {warning}"));
+    }
 }
 
 /// `umbel render`.
@@ -230,11 +239,14 @@ pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> 
         ("duplicates", found.duplicates),
         ("non_finite", found.non_finite),
     ];
+    let picture = 1280 * 720 * PIXEL_BYTES + 6 * found.triangles as u64;
+    let memory = [("render", picture), ("bake_vertices", vertices_forecast(&scene)?)];
     if args.json {
         let mut value = json!({ "schema": 1, "name": scene.name, "warnings": scene.warnings });
         for (name, count) in counts {
             value[name] = json!(count);
         }
+        value["memory"] = Map::from_iter(memory.map(|(name, bytes)| (name.to_owned(), json!(bytes)))).into();
         value["bounds"] = if found.bounds.is_empty() { json!(null) } else { json!({ "lo": lo, "hi": hi }) };
         return print(&format!("{value:#}\n"));
     }
@@ -245,6 +257,9 @@ pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> 
     if !found.bounds.is_empty() {
         text += &format!("  bounds           {lo:?} to {hi:?}\n");
     }
+    let forecast =
+        memory.map(|(name, bytes)| format!("{} {:.1} MB", name.replace('_', " --"), bytes as f64 / 1e6));
+    text += &format!("  memory           {}, beside the scene\n", forecast.join(", "));
     print(&text)
 }
 

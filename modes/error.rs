@@ -60,3 +60,21 @@ impl Error {
         }
     }
 }
+
+/// What is wrong in a file whose path the caller knows.
+#[derive(Debug)]
+#[cfg(any(feature = "gltf", feature = "obj"))]
+pub(crate) struct Problem {
+    pub(crate) line: Option<u64>,
+    pub(crate) what: String,
+    pub(crate) remedy: &'static str,
+}
+
+#[cfg(any(feature = "gltf", feature = "obj"))]
+impl Problem {
+    /// The error that names the file as well.
+    pub(crate) fn at(self, path: &std::path::Path) -> Error {
+        let Self { line, what: problem, remedy } = self;
+        Error::Input { path: path.to_owned(), line, problem, remedy: remedy.to_owned() }
+    }
+}

@@ -27,8 +27,14 @@ pub use umbel_core::{
     open_rays, shadowed,
 };
 
+mod ambient;
+mod atlas;
+mod atlas_block;
+mod bake;
+mod bake_options;
 mod builtin;
 mod camera;
+mod charts;
 mod cornell;
 mod cube_lookup;
 #[cfg(feature = "obj")]
@@ -37,12 +43,39 @@ mod error;
 mod exr_file;
 mod flower;
 mod foliage;
+mod footprint;
+#[cfg(feature = "gltf")]
+mod gltf;
+#[cfg(feature = "gltf")]
+mod gltf_accessor;
+#[cfg(feature = "gltf")]
+mod gltf_buffers;
+#[cfg(feature = "gltf")]
+mod gltf_container;
+#[cfg(feature = "gltf")]
+mod gltf_extensions;
+#[cfg(feature = "gltf")]
+mod gltf_instances;
+#[cfg(feature = "gltf")]
+mod gltf_json;
+#[cfg(feature = "gltf")]
+mod gltf_nodes;
+#[cfg(feature = "gltf")]
+mod gltf_patch;
+#[cfg(feature = "gltf")]
+mod gltf_scene;
+#[cfg(feature = "gltf")]
+mod gltf_texture;
+#[cfg(feature = "gltf")]
+mod gltf_vertex;
+mod hammersley;
 mod info;
 mod ktx2_file;
 mod lamps;
 mod light_map;
 mod load;
 mod map_compare;
+mod mesh_ply;
 #[cfg(feature = "obj")]
 mod mtl;
 mod npy;
@@ -53,22 +86,34 @@ mod obj;
 mod obj_source;
 #[cfg(feature = "obj")]
 mod obj_text;
+mod occluders;
 mod output;
 mod pattern;
 mod png_file;
 mod point_cloud;
+mod point_receivers;
 mod primary;
 mod raster;
+mod sample_sets;
 mod scene;
 mod shade;
+mod shading_normal;
 mod shadow;
 mod sweep;
+mod texel_receivers;
+mod texels;
+mod uv_check;
 mod verify;
+mod vertex_receivers;
 mod visible;
 
 pub use error::Error;
 
 pub use builtin::{BuiltinView, builtin, builtin_view};
+#[cfg(feature = "gltf")]
+pub use gltf::{GltfFile, GltfOptions, GltfOrigin, read_gltf};
+#[cfg(feature = "gltf")]
+pub use gltf_vertex::VertexTarget;
 pub use load::{LoadOptions, load};
 #[cfg(feature = "obj")]
 pub use obj::{ObjOptions, read_obj};
@@ -85,15 +130,28 @@ pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil}
 pub use map_compare::{MapErrors, compare_maps};
 pub use shadow::{MaskCounts, Receivers, point_light, receivers, shadow_masks, sun_light};
 
+pub use atlas::{Atlas, AtlasOptions, TexelReceiver};
+pub use bake::{Bake, BakeReceivers, Baked, TracedRay};
+pub use bake_options::{BakeOptions, Polarity};
+pub use occluders::Occluders;
+pub use point_receivers::read_points;
+pub use sample_sets::{Falloff, Reach, SampleSet, Weighting};
+pub use texels::TexelImage;
+pub use uv_check::{UvCheck, check_uvs};
+pub use vertex_receivers::VertexReceivers;
+
 pub use verify::{Mark, Verification, verify, verify_buffer};
 pub use visible::{Visible, visible};
 
 pub use exr_file::{Channel, Samples, read_exr, write_exr};
 pub use ktx2_file::write_ktx2_cube;
+pub use mesh_ply::write_ply_mesh;
 pub use npy::{Array, write_npy};
-pub use npy_reader::read_npy;
-pub use output::{WriteSeek, write_atomically};
-pub use png_file::{read_png_rgb8, srgb_encode, write_png_rgb8, write_png_rgba8};
+pub use npy_reader::{read_npy, read_npy_ids};
+pub use output::{WriteSeek, WritingPause, check_output, pause_writing, write_atomically};
+pub use png_file::{
+    GrayBits, encode_png_gray, read_png_rgb8, srgb_encode, write_png_gray, write_png_rgb8, write_png_rgba8,
+};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -15,7 +15,10 @@ pub struct LoadOptions {
 ///
 /// # Errors
 /// When there is no such file or scene, its format is not read, or its content cannot be taken.
-#[cfg_attr(not(feature = "obj"), expect(unused_variables, reason = "only readers of files take options"))]
+#[cfg_attr(
+    not(any(feature = "gltf", feature = "obj")),
+    expect(unused_variables, reason = "only readers of files take options")
+)]
 pub fn load(name: &str, options: LoadOptions) -> Result<Scene, Error> {
     if let Some(rule) = name.strip_prefix("builtin:") {
         return builtin(rule);
@@ -24,6 +27,11 @@ pub fn load(name: &str, options: LoadOptions) -> Result<Scene, Error> {
     let extension =
         path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_ascii_lowercase();
     match extension.as_str() {
+        #[cfg(feature = "gltf")]
+        "glb" | "gltf" => {
+            let drop_non_finite = options.drop_non_finite;
+            crate::read_gltf(path, &crate::GltfOptions { drop_non_finite, ..Default::default() })
+        }
         #[cfg(feature = "obj")]
         "obj" => crate::read_obj(path, &crate::ObjOptions { drop_non_finite: options.drop_non_finite }),
         _ => Err(unknown_format(path, &extension)),
@@ -32,7 +40,10 @@ pub fn load(name: &str, options: LoadOptions) -> Result<Scene, Error> {
 
 /// The error for a format that is not read.
 fn unknown_format(path: &Path, extension: &str) -> Error {
-    let read = if cfg!(feature = "obj") { "OBJ files (.obj)" } else { "no file format in this build" };
+    let formats = [(cfg!(feature = "obj"), "OBJ (.obj)"), (cfg!(feature = "gltf"), "glTF 2.0 (.gltf, .glb)")];
+    let built: Vec<&str> =
+        formats.into_iter().filter(|&(is_built, _)| is_built).map(|(_, name)| name).collect();
+    let read = if built.is_empty() { "no file format in this build".to_owned() } else { built.join(", ") };
     let problem = match extension {
         "" => "the name has no extension, so the format is not known".to_owned(),
         other => format!(".{other} files are not read"),

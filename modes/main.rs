@@ -1,8 +1,16 @@
 //! The command `umbel`.
 
+mod bake_args;
+mod bake_command;
+mod bake_files;
+#[cfg_attr(not(feature = "gltf"), path = "bake_no_gltf.rs")]
+mod bake_gltf;
+mod bake_sampling_args;
+mod bake_source;
 mod camera_args;
 mod cli;
 mod commands;
+mod interrupt;
 mod parse;
 mod picture;
 mod picture_args;
@@ -25,6 +33,7 @@ use crate::cli::{Cli, Command};
 fn main() -> ExitCode {
     let cli = Cli::parse();
     cli.common.color.write_global();
+    interrupt::exit_on_interrupt();
     match run(&cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -43,6 +52,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Probe(args) => probe_command::probe(args, &cli.common),
         Command::Visible(args) => visible_command::visible_triangles(args, &cli.common),
         Command::Shadow(args) => shadow_command::shadow(args, &cli.common),
+        Command::Bake(args) => bake_command::bake(args, &cli.common),
         Command::Verify(args) => commands::verify_scene(args, &cli.common),
         Command::Info(args) => commands::info_scene(args, &cli.common),
     })

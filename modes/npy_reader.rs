@@ -1,4 +1,5 @@
-//! Floating-point arrays from NPY files: `<f4` or `<f8`, C order, versions 1 to 3 of the format.
+//! Arrays from NPY files: floating-point numbers or integers of 4 or 8 bytes, little-endian, C order, versions 1 to 3 of the
+//! format.
 //!
 //! The header is a Python dictionary of three fields. It is read by hand, strictly: what is not one of these arrays is
 //! refused before its numbers are looked at, and no memory is asked for that the file does not fill.
@@ -17,11 +18,43 @@ const LONGEST_HEADER: usize = 1 << 12;
 /// What is wrong with a file, and what to do about it.
 struct Problem(String, &'static str);
 
+/// What numbers a reader takes.
+struct Wanted {
+    /// Their types, as the format has them.
+    types: &'static [&'static str],
+    /// How to save such an array.
+    remedy: &'static str,
+}
+
+/// Numbers.
+const FLOATS: Wanted =
+    Wanted { types: &["<f4", "<f8"], remedy: "save it as numpy.save(FILE, array.astype(\"<f4\"))" };
+
+/// Ids.
+const INTEGERS: Wanted = Wanted {
+    types: &["<u4", "<i4", "<u8", "<i8"],
+    remedy: "save it as numpy.save(FILE, array.astype(\"<u4\"))",
+};
+
+impl Wanted {
+    /// The types in words.
+    fn list(&self) -> String {
+        self.types.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ")
+    }
+}
+
 /// What stands before the numbers.
 struct Header {
-    /// Bytes of a number: 4 or 8.
-    width: usize,
+    /// The type of the numbers: one of those that are wanted.
+    type_name: &'static str,
     shape: Vec<usize>,
+}
+
+impl Header {
+    /// Bytes of a number: 4 or 8.
+    fn width(&self) -> usize {
+        if self.type_name.ends_with('4') { 4 } else { 8 }
+    }
 }
 
 /// Reads an array: its extents, the slowest first, and its numbers, the last index running fastest. `f4` become `f64`,
@@ -30,21 +63,46 @@ struct Header {
 /// # Errors
 /// [`Error::Input`] says what is wrong with the file and how to write it in NumPy.
 pub fn read_npy(path: &Path) -> Result<(Vec<usize>, Vec<f64>), Error> {
-    read(path).map_err(|Problem(problem, remedy)| Error::Input {
-        path: path.to_owned(),
-        line: None,
-        problem,
-        remedy: remedy.into(),
-    })
+    let (header, bytes) = read(path, &FLOATS).map_err(|problem| problem.of(path))?;
+    let numbers = match header.width() {
+        4 => bytes.as_chunks().0.iter().map(|&b| f64::from(f32::from_le_bytes(b))).collect(),
+        _ => bytes.as_chunks().0.iter().map(|&b| f64::from_le_bytes(b)).collect(),
+    };
+    Ok((header.shape, numbers))
 }
 
-/// Reads and checks the file.
-fn read(path: &Path) -> Result<(Vec<usize>, Vec<f64>), Problem> {
+/// Reads an array of integers: `u4`, `i4`, `u8` or `i8`. Those above `i64::MAX`, which are no ids, become `i64::MAX`.
+///
+/// # Errors
+/// As [`read_npy`].
+pub fn read_npy_ids(path: &Path) -> Result<(Vec<usize>, Vec<i64>), Error> {
+    let (header, bytes) = read(path, &INTEGERS).map_err(|problem| problem.of(path))?;
+    let (fours, eights) = (bytes.as_chunks().0.iter(), bytes.as_chunks().0.iter());
+    let numbers = match header.type_name {
+        "<u4" => fours.map(|&b| i64::from(u32::from_le_bytes(b))).collect(),
+        "<i4" => fours.map(|&b| i64::from(i32::from_le_bytes(b))).collect(),
+        "<u8" => eights.map(|&b| i64::try_from(u64::from_le_bytes(b)).unwrap_or(i64::MAX)).collect(),
+        _ => eights.map(|&b| i64::from_le_bytes(b)).collect(),
+    };
+    Ok((header.shape, numbers))
+}
+
+impl Problem {
+    /// The error of a file.
+    fn of(self, path: &Path) -> Error {
+        let Self(problem, remedy) = self;
+        Error::Input { path: path.to_owned(), line: None, problem, remedy: remedy.into() }
+    }
+}
+
+/// Reads and checks the file: its header, and the bytes of its numbers.
+fn read(path: &Path, wanted: &Wanted) -> Result<(Header, Vec<u8>), Problem> {
     const WHOLE: &str = "write the file again; numpy.load can check it";
     let from_system =
         |error: std::io::Error| Problem(error.to_string(), "check the name and the permissions");
     let mut file = BufReader::new(File::open(path).map_err(from_system)?);
-    let Header { width, shape } = read_header(&mut file)?;
+    let header = read_header(&mut file, wanted)?;
+    let (width, shape) = (header.width(), &header.shape);
     let count = shape.iter().try_fold(width, |bytes, &extent| bytes.checked_mul(extent));
     let expected =
         count.ok_or_else(|| Problem(format!("an array of shape {shape:?} fits no memory"), WHOLE))?;
@@ -62,19 +120,11 @@ fn read(path: &Path) -> Result<(Vec<usize>, Vec<f64>), Problem> {
             WHOLE,
         ));
     }
-    Ok((shape, numbers(&bytes, width)))
-}
-
-/// The numbers of little-endian bytes, `width` bytes each.
-fn numbers(bytes: &[u8], width: usize) -> Vec<f64> {
-    if width == 4 {
-        return bytes.as_chunks().0.iter().map(|&b| f64::from(f32::from_le_bytes(b))).collect();
-    }
-    bytes.as_chunks().0.iter().map(|&b| f64::from_le_bytes(b)).collect()
+    Ok((header, bytes))
 }
 
 /// Reads all that comes before the numbers.
-fn read_header(file: &mut impl Read) -> Result<Header, Problem> {
+fn read_header(file: &mut impl Read, wanted: &Wanted) -> Result<Header, Problem> {
     const NOT_NPY: &str = "give a file that numpy.save has written";
     let mut start = [0; 8];
     let is_npy = file.read_exact(&mut start).is_ok() && start.starts_with(b"\x93NUMPY");
@@ -102,11 +152,11 @@ fn read_header(file: &mut impl Read) -> Result<Header, Problem> {
     }
     let mut text = vec![0; length];
     file.read_exact(&mut text).map_err(cut)?;
-    parse_header(&String::from_utf8_lossy(&text))
+    parse_header(&String::from_utf8_lossy(&text), wanted)
 }
 
 /// The dictionary `{'descr': '<f4', 'fortran_order': False, 'shape': (5, 3), }`, its fields in any order.
-fn parse_header(text: &str) -> Result<Header, Problem> {
+fn parse_header(text: &str, wanted: &Wanted) -> Result<Header, Problem> {
     let unreadable =
         || Problem(format!("its header cannot be read: {}", text.trim()), "write the file again");
     let inner = text.trim().strip_prefix('{').and_then(|text| text.strip_suffix('}'));
@@ -128,14 +178,10 @@ fn parse_header(text: &str) -> Result<Header, Problem> {
     let (Some(descr), Some(order), Some(shape)) = (descr, order, shape) else {
         return Err(unreadable());
     };
-    let width = match descr.trim_matches(['\'', '"']) {
-        "<f4" => 4,
-        "<f8" => 8,
-        _ => {
-            let problem = format!("its numbers are {descr}; '<f4' and '<f8' are read");
-            return Err(Problem(problem, "save it as numpy.save(FILE, array.astype(\"<f4\"))"));
-        }
-    };
+    let given = descr.trim_matches(['\'', '"']);
+    let type_name = wanted.types.iter().copied().find(|name| *name == given).ok_or_else(|| {
+        Problem(format!("its numbers are {descr}; {} are read", wanted.list()), wanted.remedy)
+    })?;
     match order {
         "False" => {}
         "True" => {
@@ -144,7 +190,7 @@ fn parse_header(text: &str) -> Result<Header, Problem> {
         }
         _ => return Err(unreadable()),
     }
-    Ok(Header { width, shape: extents(shape).ok_or_else(unreadable)? })
+    Ok(Header { type_name, shape: extents(shape).ok_or_else(unreadable)? })
 }
 
 /// The first `'key': value` of a list of fields, and what follows it.

@@ -15,9 +15,10 @@ use tobj::{LoadError, LoadOptions, Mesh};
 
 use crate::Error;
 use crate::ear_clip::triangulate;
+use crate::error::Problem;
 use crate::mtl::read_libraries;
 use crate::obj_source::{KEYWORDS, KINDS, Part, Source};
-use crate::obj_text::{Problem, Statements, keyword, text_of};
+use crate::obj_text::{Statements, keyword, text_of};
 use crate::scene::{Material, NO_INDEX, Object, Scene};
 
 /// How to read an OBJ file.
@@ -38,12 +39,7 @@ pub struct ObjOptions {
 /// [`Error::Input`], with the line, for a file that is no OBJ text, a number or index that cannot be read, an index out
 /// of range, and positions that are not finite unless [`ObjOptions::drop_non_finite`] is set.
 pub fn read_obj(path: &Path, options: &ObjOptions) -> Result<Scene, Error> {
-    read(path, options).map_err(|problem| Error::Input {
-        path: path.to_owned(),
-        line: problem.line,
-        problem: problem.what,
-        remedy: problem.remedy.to_owned(),
-    })
+    read(path, options).map_err(|problem| problem.at(path))
 }
 
 fn read(path: &Path, options: &ObjOptions) -> Result<Scene, Problem> {

@@ -14,7 +14,8 @@
 use std::fmt::Write as _;
 use std::io::{self, BufRead, Read};
 
-use crate::obj_text::{CORRECT_LINE, Problem, Statements, keyword, words};
+use crate::error::Problem;
+use crate::obj_text::{CORRECT_LINE, Statements, keyword, words};
 use crate::scene::NO_INDEX;
 
 /// Corners per polygon of the preamble. Any number would do; this one keeps lines short.

@@ -4,13 +4,7 @@
 
 use std::borrow::Cow;
 
-/// What is wrong in a file whose path the caller knows.
-#[derive(Debug)]
-pub(crate) struct Problem {
-    pub(crate) line: Option<u64>,
-    pub(crate) what: String,
-    pub(crate) remedy: &'static str,
-}
+use crate::error::Problem;
 
 pub(crate) const CORRECT_LINE: &str = "Correct the line, or export the file again.";
 

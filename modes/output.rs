@@ -4,10 +4,13 @@
 //! keeps it: what it points to is replaced. Devices and pipes (`/dev/null`, `/dev/stdout`) cannot be replaced by a
 //! rename; they get the bytes themselves, all at the end. The file is synced before the rename, the directory is not:
 //! after a power cut the old file may be back, but never half a file.
+//!
+//! Who ends the process on a signal holds a [`WritingPause`] meanwhile: then there is no temporary file that would stay.
 
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Cursor, ErrorKind, Seek, Write};
 use std::path::Path;
+use std::sync::{PoisonError, RwLock, RwLockWriteGuard};
 
 use tempfile::{Builder, NamedTempFile};
 
@@ -15,6 +18,23 @@ use crate::Error;
 
 /// Bytes that are gathered before the system is asked to write them.
 const BUFFER_BYTES: usize = 1 << 18;
+
+/// Read by those who have a temporary file, written by who wants that there is none: as files belong to the process, so does
+/// this.
+static TEMPORARY_FILES: RwLock<()> = RwLock::new(());
+
+/// No file is being written, and none is begun, while this lives.
+#[derive(Debug)]
+pub struct WritingPause(
+    #[expect(dead_code, reason = "it is dropped, and nothing else")] RwLockWriteGuard<'static, ()>,
+);
+
+/// Waits until the files that are being written are whole, and keeps others from being begun.
+#[must_use]
+pub fn pause_writing() -> WritingPause {
+    // Nothing is behind the lock that could be left in disorder.
+    WritingPause(TEMPORARY_FILES.write().unwrap_or_else(PoisonError::into_inner))
+}
 
 /// Where the bytes of an output go. Every writer that can seek is one.
 pub trait WriteSeek: Write + Seek {}
@@ -50,6 +70,23 @@ pub fn write_atomically(
         Err(error) => Err(error),
     };
     outcome.map_err(|error| refused(path, explain(path, &error)))
+}
+
+/// Finds out before long work whether a file can be written: whether a temporary file can be made beside `path`, and an old file
+/// under that name be replaced. Nothing is changed.
+///
+/// # Errors
+///
+/// As [`write_atomically`].
+pub fn check_output(path: &Path) -> Result<(), Error> {
+    let replace_nothing = || match place(path)? {
+        Place::Stream => Ok(()),
+        Place::Free | Place::File(_) => {
+            let _lock = TEMPORARY_FILES.read().unwrap_or_else(PoisonError::into_inner);
+            create_beside(path, None).map(drop)
+        }
+    };
+    replace_nothing().map_err(|error: io::Error| refused(path, explain(path, &error)))
 }
 
 /// The error of an output that cannot be written, in the caller's words.
@@ -89,6 +126,7 @@ fn replace(
 ) -> io::Result<()> {
     let target =
         if path.is_symlink() && permissions.is_some() { fs::canonicalize(path)? } else { path.to_owned() };
+    let _lock = TEMPORARY_FILES.read().unwrap_or_else(PoisonError::into_inner);
     let mut temporary = create_beside(&target, permissions)?;
     let mut buffered = BufWriter::with_capacity(BUFFER_BYTES, temporary.as_file_mut());
     write(&mut buffered)?;

@@ -6,7 +6,7 @@
 //! Based on: IEC 61966-2-1:1999 (sRGB); "Portable Network Graphics (PNG) Specification", W3C, third edition.
 
 use std::fs::File;
-use std::io::{self, BufReader};
+use std::io::BufReader;
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -100,29 +100,82 @@ pub fn write_png_rgba8(path: &Path, width: u32, height: u32, pixels: &[u8]) -> R
     write_png(path, (width, height), pixels, ExtendedColorType::Rgba8)
 }
 
-/// Encodes in memory, because the encoder does not report an error in the last bytes of a file.
-fn write_png(
+/// How many bits a gray pixel has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum GrayBits {
+    /// 256 levels.
+    #[default]
+    Eight,
+    /// 65,536 levels.
+    Sixteen,
+}
+
+/// Writes linear values from 0 to 1 as a gray image, without the transfer function of sRGB: data, such as openness. Row 0 is
+/// on top; values outside are clamped, NaN is white.
+///
+/// # Errors
+///
+/// [`Error::Write`] if the file cannot be written, if the image is empty or if there are not width · height values.
+pub fn write_png_gray(
     path: &Path,
-    (width, height): (u32, u32),
-    pixels: &[u8],
-    color: ExtendedColorType,
+    width: u32,
+    height: u32,
+    values: &[f32],
+    bits: GrayBits,
 ) -> Result<(), Error> {
+    let bytes = encode_png_gray(width, height, values, bits).map_err(|problem| refused(path, problem))?;
+    write_atomically(path, |out| out.write_all(&bytes))
+}
+
+/// The bytes of a file as [`write_png_gray`] makes it.
+///
+/// # Errors
+///
+/// What is wrong: the image is empty, or there are not width · height values.
+pub fn encode_png_gray(width: u32, height: u32, values: &[f32], bits: GrayBits) -> Result<Vec<u8>, String> {
+    match bits {
+        GrayBits::Eight => {
+            let pixels: Vec<u8> = values.iter().map(|&value| gray8(value)).collect();
+            encode((width, height), &pixels, ExtendedColorType::L8)
+        }
+        GrayBits::Sixteen => {
+            // The encoder takes numbers as the machine has them.
+            let pixels: Vec<u8> =
+                values.iter().flat_map(|&value| (level(value, 65_535.0) as u16).to_ne_bytes()).collect();
+            encode((width, height), &pixels, ExtendedColorType::L16)
+        }
+    }
+}
+
+/// The gray level of a value: 0 to 255, NaN is white.
+pub(crate) fn gray8(value: f32) -> u8 {
+    level(value, 255.0) as u8
+}
+
+/// The level of a value from 0 to 1, rounded to nearest; NaN is the greatest.
+fn level(value: f32, greatest: f32) -> f32 {
+    if value < 1.0 { (value.max(0.0) * greatest).round() } else { greatest }
+}
+
+/// Writes a file of pixels.
+fn write_png(path: &Path, size: (u32, u32), pixels: &[u8], color: ExtendedColorType) -> Result<(), Error> {
+    let bytes = encode(size, pixels, color).map_err(|problem| refused(path, problem))?;
+    write_atomically(path, |out| out.write_all(&bytes))
+}
+
+/// Encodes in memory, because the encoder does not report an error in the last bytes of a file. The error says what is wrong.
+fn encode((width, height): (u32, u32), pixels: &[u8], color: ExtendedColorType) -> Result<Vec<u8>, String> {
     let pixel_bytes = u64::from(color.bits_per_pixel() / 8);
     let expected = (u64::from(width) * u64::from(height)).saturating_mul(pixel_bytes);
     if expected == 0 || expected != pixels.len() as u64 {
         let bytes = pixels.len();
-        return Err(refused(
-            path,
-            format!("an image of {width}x{height} pixels cannot be made of {bytes} bytes"),
-        ));
+        return Err(format!("an image of {width}x{height} pixels cannot be made of {bytes} bytes"));
     }
-    write_atomically(path, |out| {
-        let mut bytes = Vec::new();
-        PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
-            .write_image(pixels, width, height, color)
-            .map_err(io::Error::other)?;
-        out.write_all(&bytes)
-    })
+    let mut bytes = Vec::new();
+    PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
+        .write_image(pixels, width, height, color)
+        .map_err(|error| error.to_string())?;
+    Ok(bytes)
 }
 
 /// Reads an image as 3 bytes per pixel: width, height and pixels. Opacity is dropped, other depths are converted.

@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use umbel_core::{Aabb, Triangles};
+use umbel_core::{Aabb, TriangleId, Triangles};
 
 use crate::Error;
 
@@ -52,6 +52,9 @@ pub struct Scene {
     pub uvs: Vec<[f32; 2]>,
     /// For each triangle, the indices of its corners' texture coordinates or [`NO_INDEX`]; empty where no triangle has them.
     pub uv_indices: Vec<[u32; 3]>,
+    /// Where v = 0 lies in a texture: in its top row (glTF), or else in its bottom row (OBJ). Coordinates stay as the file
+    /// has them.
+    pub uv_v_down: bool,
     /// The given partition: disjoint, ascending, covering all triangles.
     pub objects: Vec<Object>,
     /// Materials that the objects name.
@@ -74,6 +77,16 @@ impl Scene {
     pub fn bounds(&self) -> Aabb {
         let corners = self.triangles.iter().flatten();
         Aabb::of_points(corners.map(|&index| self.positions[index as usize]))
+    }
+
+    /// The texture coordinates (u, v) of a triangle's corners. `None` where a corner has none, where an index is out of range,
+    /// and where one is not finite.
+    #[must_use]
+    pub fn uv_corners(&self, triangle: TriangleId) -> Option<[[f32; 2]; 3]> {
+        let [a, b, c] = *self.uv_indices.get(triangle.0 as usize)?;
+        let finite =
+            |index: u32| self.uvs.get(index as usize).copied().filter(|uv| uv.iter().all(|x| x.is_finite()));
+        Some([finite(a)?, finite(b)?, finite(c)?])
     }
 
     /// The index of the object that holds a triangle, or `None` where no object does. O(log objects).

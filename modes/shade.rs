@@ -11,7 +11,6 @@ use umbel_core::{Hit, Ray, Triangles};
 
 use crate::Scene;
 use crate::lamps::Lamps;
-use crate::scene::NO_INDEX;
 
 /// The light of the headlight: warm.
 const HEADLIGHT: [f64; 3] = [0.70, 0.66, 0.61];
@@ -47,8 +46,10 @@ impl<'a> Shader<'a> {
         let viewer = -ray.direction.normalize_or_zero();
         let flat = self.triangles.normal(hit.id);
         let flat = if flat.dot(viewer) < 0.0 { -flat } else { flat };
-        let normal =
-            self.interpolated_normal(ray, hit).map_or(flat, |n| if n.dot(flat) < 0.0 { -n } else { n });
+        let normal = self
+            .scene
+            .interpolated_normal(hit.id, || self.triangles.barycentrics(hit.id, ray))
+            .map_or(flat, |n| if n.dot(flat) < 0.0 { -n } else { n });
         // Seen from behind its own surface, an interpolated normal says nothing.
         let normal = if normal.dot(viewer) > 0.0 { normal } else { flat };
         let headlight = normal.dot(viewer).max(0.0);
@@ -67,18 +68,6 @@ impl<'a> Shader<'a> {
         material
             .and_then(|index| self.scene.materials.get(index as usize))
             .map_or(CLAY, |material| material.diffuse)
-    }
-
-    /// The file's normals at the corners, weighted; `None` where it has none.
-    fn interpolated_normal(&self, ray: &Ray, hit: &Hit) -> Option<DVec3> {
-        let corners = self.scene.normal_indices.get(hit.id.0 as usize)?;
-        if corners.contains(&NO_INDEX) {
-            return None;
-        }
-        let weights = self.triangles.barycentrics(hit.id, ray);
-        let normals =
-            corners.map(|index| DVec3::from_array(self.scene.normals[index as usize].map(f64::from)));
-        (normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2]).try_normalize()
     }
 }
 

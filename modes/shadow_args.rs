@@ -54,7 +54,7 @@ impl LightArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct ShadowArgs {
-    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 

@@ -110,7 +110,7 @@ impl Run<'_> {
                 if repeat + 1 < self.common.repeat as usize {
                     continue;
                 }
-                self.stats = follow(self.stats, stats);
+                self.stats = self.stats.then(stats);
                 self.rays += pencil.len();
                 let values =
                     timed(&mut self.times.shade, || distances(&self.triangles, pencil, frame.hits()));
@@ -139,7 +139,7 @@ impl Run<'_> {
             let query = || frame.shadowed(&self.triangles, light, points, &options);
             let (shadowed, stats) = timed(&mut self.times.engine[repeat], query)?;
             if repeat + 1 == self.common.repeat as usize {
-                self.stats = follow(self.stats, stats);
+                self.stats = self.stats.then(stats);
                 self.rays += seen.surfaces();
                 self.asked += points.len();
             }
@@ -257,12 +257,6 @@ fn comparison(size: u32, surfaces: usize, found: &MapErrors) -> (String, Value) 
 /// Whether a light is at infinity.
 fn is_sun(light: Origin) -> bool {
     matches!(light, Origin::Infinity(_))
-}
-
-/// The counters of a query after another: buffers are used again, so their bytes do not add up.
-fn follow(first: Stats, second: Stats) -> Stats {
-    let engine_bytes = first.engine_bytes.max(second.engine_bytes);
-    Stats { engine_bytes, ..first.plus(second) }
 }
 
 /// A light in the report.

@@ -40,6 +40,12 @@ impl Stats {
         sum
     }
 
+    /// The sum of a query and the one after it, whose buffers take the place of the first's: of bytes the larger remain.
+    #[must_use]
+    pub fn then(self, next: Self) -> Self {
+        Self { engine_bytes: self.engine_bytes.max(next.engine_bytes), ..self.plus(next) }
+    }
+
     /// All counters with their names, in a fixed order: for reports.
     #[must_use]
     pub fn counters(&self) -> [(&'static str, u64); 12] {

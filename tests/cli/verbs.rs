@@ -93,6 +93,7 @@ fn help_and_version() {
         ("render", ["--aov", "--samples", "--eye", "--cube-size", "builtin:umbel"]),
         ("probe", ["--center", "--pattern", "--camera", "--aov", "equirect"]),
         ("visible", ["--views", "--objects", "--output", "--eye", "--cube-size"]),
+        ("bake", ["--vertices", "--points", "--max-distance", "--falloff", "--occluders"]),
         ("verify", ["--difference", "--fov", "--up", "--height", "builtin:cornell"]),
         ("info", ["--json", "--quiet", "--verbose", "--color", "builtin:umbel"]),
     ] {

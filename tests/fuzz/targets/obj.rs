@@ -10,7 +10,10 @@ use std::sync::LazyLock;
 use std::{env, fs, process};
 
 use libfuzzer_sys::fuzz_target;
-use umbel::{Error, NO_INDEX, ObjOptions, Scene, info, read_obj};
+use umbel::{Error, ObjOptions, Scene, read_obj};
+
+#[path = "../promises.rs"]
+mod promises;
 
 /// A directory of this process, so that several may run.
 static FOLDER: LazyLock<std::path::PathBuf> = LazyLock::new(|| {
@@ -37,7 +40,7 @@ fuzz_target!(|bytes: &[u8]| {
 fn read(path: &Path, drop_non_finite: bool) -> Option<Scene> {
     match read_obj(path, &ObjOptions { drop_non_finite }) {
         Ok(scene) => {
-            check(&scene);
+            promises::check(&scene);
             Some(scene)
         }
         Err(Error::Input { problem, remedy, line, .. }) => {
@@ -46,26 +49,4 @@ fn read(path: &Path, drop_non_finite: bool) -> Option<Scene> {
         }
         Err(other) => panic!("not an error of a file: {other:?}"),
     }
-}
-
-/// What the fields of a scene promise.
-fn check(scene: &Scene) {
-    scene.geometry().expect("finite positions, indices in range");
-    let finite = |values: &[f32]| values.iter().all(|x| x.is_finite());
-    assert!(scene.normals.iter().all(|n| finite(n)) && scene.uvs.iter().all(|uv| finite(uv)));
-    for (indices, count) in
-        [(&scene.normal_indices, scene.normals.len()), (&scene.uv_indices, scene.uvs.len())]
-    {
-        assert!(indices.is_empty() || indices.len() == scene.triangles.len());
-        assert!(indices.iter().flatten().all(|&i| i == NO_INDEX || (i as usize) < count));
-    }
-    let mut end = 0;
-    for object in &scene.objects {
-        assert!(object.triangles.start == end && object.triangles.end > end, "{:?}", scene.objects);
-        end = object.triangles.end;
-        assert!(object.material.is_none_or(|m| (m as usize) < scene.materials.len()));
-    }
-    assert_eq!(end as usize, scene.triangles.len());
-    assert!(scene.materials.iter().all(|m| m.diffuse.iter().all(|x| (0.0..=1.0).contains(x))));
-    let _ = info(scene);
 }

@@ -1,0 +1,205 @@
+//! The parts of a glTF document that a scene is made of, typed.
+//!
+//! The document itself stays a [`serde_json::Value`], in the order of the file, so that writing it back keeps what is not
+//! understood. Only the parts that matter here are looked at: an odd animation or camera spoils no scene.
+//!
+//! The crate `gltf` 1.4.1 is not used: it refuses `KHR_mesh_quantization` (gltf-rs/gltf#400), panics on accessors without
+//! elements, and drops unknown extensions; what it would add is the types below, for 90 s of building.
+//!
+//! Based on: Khronos Group, "glTF 2.0 Specification", version 2.0.1, 2021.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+use crate::error::Problem;
+
+/// What to do about a file that breaks the specification.
+pub(crate) const EXPORT_AGAIN: &str =
+    "Export the file again; the Khronos glTF validator lists all that is wrong with it.";
+
+/// Triangles, one for each three indices: the mode of a primitive that names none.
+pub(crate) const TRIANGLES: u32 = 4;
+pub(crate) const TRIANGLE_STRIP: u32 = 5;
+pub(crate) const TRIANGLE_FAN: u32 = 6;
+
+/// A problem in the file itself.
+pub(crate) fn broken(what: impl Into<String>) -> Problem {
+    Problem { line: None, what: what.into(), remedy: EXPORT_AGAIN }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Accessor {
+    pub(crate) buffer_view: Option<usize>,
+    #[serde(default)]
+    pub(crate) byte_offset: usize,
+    pub(crate) component_type: u32,
+    #[serde(default)]
+    pub(crate) normalized: bool,
+    pub(crate) count: usize,
+    #[serde(rename = "type")]
+    pub(crate) kind: String,
+    pub(crate) sparse: Option<Sparse>,
+}
+
+/// Elements that replace some of an accessor's.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Sparse {
+    pub(crate) count: usize,
+    pub(crate) indices: SparseIndices,
+    pub(crate) values: SparseValues,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct SparseIndices {
+    pub(crate) buffer_view: usize,
+    #[serde(default)]
+    pub(crate) byte_offset: usize,
+    pub(crate) component_type: u32,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct SparseValues {
+    pub(crate) buffer_view: usize,
+    #[serde(default)]
+    pub(crate) byte_offset: usize,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct BufferView {
+    pub(crate) buffer: usize,
+    #[serde(default)]
+    pub(crate) byte_offset: usize,
+    pub(crate) byte_length: usize,
+    pub(crate) byte_stride: Option<usize>,
+    #[serde(default)]
+    pub(crate) extensions: Map<String, Value>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Buffer {
+    pub(crate) uri: Option<String>,
+    pub(crate) byte_length: usize,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Node {
+    #[serde(default)]
+    pub(crate) name: String,
+    pub(crate) mesh: Option<usize>,
+    pub(crate) skin: Option<usize>,
+    #[serde(default)]
+    pub(crate) children: Vec<usize>,
+    /// Column by column.
+    pub(crate) matrix: Option<[f64; 16]>,
+    pub(crate) translation: Option<[f64; 3]>,
+    /// x, y, z, w.
+    pub(crate) rotation: Option<[f64; 4]>,
+    pub(crate) scale: Option<[f64; 3]>,
+    #[serde(default)]
+    pub(crate) extensions: Map<String, Value>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Mesh {
+    #[serde(default)]
+    pub(crate) name: String,
+    pub(crate) primitives: Vec<Primitive>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Primitive {
+    pub(crate) attributes: BTreeMap<String, usize>,
+    pub(crate) indices: Option<usize>,
+    pub(crate) material: Option<usize>,
+    #[serde(default = "triangles")]
+    pub(crate) mode: u32,
+    #[serde(default)]
+    pub(crate) targets: Vec<Value>,
+    #[serde(default)]
+    pub(crate) extensions: Map<String, Value>,
+}
+
+fn triangles() -> u32 {
+    TRIANGLES
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Surface {
+    #[serde(default)]
+    pub(crate) name: String,
+    #[serde(default)]
+    pub(crate) pbr_metallic_roughness: Reflectance,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Reflectance {
+    /// Red, green, blue, alpha; white where the file names none.
+    pub(crate) base_color_factor: Option<[f32; 4]>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Roots {
+    #[serde(default)]
+    pub(crate) nodes: Vec<usize>,
+}
+
+/// The typed parts of a document. Indices between them are checked where they are followed.
+#[derive(Debug)]
+pub(crate) struct Document {
+    pub(crate) scene: Option<usize>,
+    pub(crate) scenes: Vec<Roots>,
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) meshes: Vec<Mesh>,
+    pub(crate) materials: Vec<Surface>,
+    pub(crate) accessors: Vec<Accessor>,
+    pub(crate) views: Vec<BufferView>,
+    pub(crate) buffers: Vec<Buffer>,
+}
+
+impl Document {
+    pub(crate) fn of(json: &Value) -> Result<Self, Problem> {
+        let scene = Option::deserialize(json.get("scene").unwrap_or(&Value::Null))
+            .map_err(|error| broken(format!("`scene`: {error}")))?;
+        Ok(Self {
+            scene,
+            scenes: list(json, "scenes")?,
+            nodes: list(json, "nodes")?,
+            meshes: list(json, "meshes")?,
+            materials: list(json, "materials")?,
+            accessors: list(json, "accessors")?,
+            views: list(json, "bufferViews")?,
+            buffers: list(json, "buffers")?,
+        })
+    }
+}
+
+/// One of the arrays of a document; a missing one is empty. Errors name the element.
+fn list<T: DeserializeOwned>(json: &Value, key: &str) -> Result<Vec<T>, Problem> {
+    let Some(value) = json.get(key) else {
+        return Ok(Vec::new());
+    };
+    let Some(elements) = value.as_array() else {
+        return Err(broken(format!("`{key}` is not an array")));
+    };
+    let typed = |(index, element)| {
+        T::deserialize(element).map_err(|error| broken(format!("{key}[{index}]: {error}")))
+    };
+    elements.iter().enumerate().map(typed).collect()
+}
+
+/// The element that an index of the file names. `of` says whose index it is.
+pub(crate) fn named<'a, T>(elements: &'a [T], index: usize, key: &str, of: &str) -> Result<&'a T, Problem> {
+    elements.get(index).ok_or_else(|| {
+        broken(format!("{of} names {key}[{index}], but there are only {} in the file", elements.len()))
+    })
+}
