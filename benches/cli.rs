@@ -4,6 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::ambient::MaxDistance;
+use crate::surface_points::ReceiverSet;
+
 /// Runs umbel and other engines side by side.
 #[derive(Debug, Parser)]
 #[command(name = "umbel-bench", version, about, arg_required_else_help = true)]
@@ -35,6 +38,8 @@ pub(crate) enum Command {
     Cube(CubeArgs),
     /// Time exact shadows: which of the points that a pinhole camera sees does a point light not see
     Shadow(ShadowArgs),
+    /// Time ambient occlusion: which rays from points on surfaces into the half space above are open
+    Ambient(AmbientArgs),
     /// Count the rays that escape from a closed sphere
     Leaks(LeaksArgs),
     /// Time umbel for hard subjects with more and more triangles
@@ -104,6 +109,24 @@ pub(crate) struct ShadowArgs {
     /// Where the light is. Default: as scenes.json says
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) light: Option<[f32; 3]>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct AmbientArgs {
+    #[command(flatten)]
+    pub(crate) compared: ComparisonArgs,
+
+    /// texel:N, vertex or random:N; may be given more than once
+    #[arg(long, value_name = "SET", default_value = "random:20000")]
+    pub(crate) receivers: Vec<ReceiverSet>,
+
+    /// Rays above each receiver's horizon, on average
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 16), default_value = "64")]
+    pub(crate) rays: u32,
+
+    /// How far occluders count: a length, or a share of the scene's diagonal such as 10%. Default: any distance
+    #[arg(long, value_name = "D|P%")]
+    pub(crate) max_distance: Option<MaxDistance>,
 }
 
 #[derive(Debug, Args)]

@@ -37,7 +37,7 @@ pub(crate) fn run<S: Subject, Size: Copy>(
             let best = rounds::best(&measured);
             table::print(&subject, &measured, &best);
             subjects.push(report::subject(&subject, &measured, &best));
-            rows.push((format!("{} {}", subject.model().name, subject.shape()), best));
+            rows.push((format!("{} {}", subject.model().name, subject.layout()), best));
         }
     }
 

@@ -5,6 +5,8 @@
     allow(dead_code, reason = "some parts serve some engines only")
 )]
 
+mod ambient;
+mod ambient_rays;
 mod answer;
 mod cli;
 mod cliff_subjects;
@@ -12,11 +14,13 @@ mod cliffs;
 mod comparison;
 mod cube;
 mod curves;
+mod directions;
 mod engine;
 mod engines;
 mod icosphere;
 mod leaks;
 mod machine;
+mod morton;
 mod picture;
 mod plot;
 mod primary;
@@ -25,6 +29,7 @@ mod rounds;
 mod shadow;
 mod shadow_rays;
 mod subject;
+mod surface_points;
 mod table;
 mod umbel_engine;
 mod view_rays;
@@ -32,6 +37,8 @@ mod views;
 
 #[cfg(feature = "embree")]
 mod embree;
+#[cfg(feature = "embree")]
+mod embree_ambient;
 #[cfg(feature = "embree")]
 mod embree_api;
 #[cfg(feature = "embree")]
@@ -73,6 +80,7 @@ fn run(cli: &cli::Cli) -> Result<()> {
         cli::Command::Primary(args) => primary::run(args, &cli.common),
         cli::Command::Cube(args) => cube::run(args, &cli.common),
         cli::Command::Shadow(args) => shadow::run(args, &cli.common),
+        cli::Command::Ambient(args) => ambient::run(args, &cli.common),
         cli::Command::Leaks(args) => leaks::run(args, &cli.common),
         cli::Command::Cliffs(args) => cliffs::run(args),
     }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use serde_json::{Value, json};
 use umbel::Scene;
 use umbel::glam::DVec3;
 
@@ -21,14 +22,14 @@ pub(crate) trait Subject: Sized {
     /// The triangles.
     fn model(&self) -> &Model;
 
-    /// How the rays are laid out.
-    fn shape(&self) -> Shape;
+    /// How the rays are laid out, in a few characters such as 1920x1080.
+    fn layout(&self) -> String;
+
+    /// What the report tells of the rays besides their number: names and values.
+    fn facts(&self) -> Vec<(&'static str, Value)>;
 
     /// The number of rays.
     fn rays(&self) -> usize;
-
-    /// The point that all rays have in common: an eye or a light.
-    fn origin(&self) -> [f32; 3];
 
     /// An answer with room for all rays.
     fn blank(&self) -> Self::Answer;
@@ -65,6 +66,14 @@ impl Model {
         let triangles: Vec<_> = with_area.copied().collect();
         let dropped = scene.triangles.len() - triangles.len();
         Self { name: name.to_owned(), positions, triangles, dropped }
+    }
+}
+
+impl Shape {
+    /// What the report tells of pictures that are seen from a point.
+    pub(crate) fn facts(self, origin: [f32; 3]) -> Vec<(&'static str, Value)> {
+        let size = json!([self.width, self.height]);
+        vec![("films", json!(self.films)), ("size", size), ("origin", json!(origin))]
     }
 }
 

@@ -1,0 +1,190 @@
+//! `umbel-bench ambient`: which rays leave points on surfaces into the half space above without meeting anything? By all
+//! engines in turns.
+
+use std::str::FromStr;
+
+use serde_json::{Value, json};
+use umbel::glam::DVec3;
+use umbel::{Hemisphere, RaySample, Scene, Triangles};
+
+use crate::Result;
+use crate::ambient_rays::{AmbientRays, diagonal};
+use crate::answer::OpenBits;
+use crate::cli::{AmbientArgs, Common};
+use crate::comparison;
+use crate::directions;
+use crate::engine::Engine;
+use crate::engines::Engines;
+use crate::subject::{Model, Subject};
+use crate::surface_points::{ReceiverSet, hemispheres};
+
+/// Measures every scene with every set of receivers.
+pub(crate) fn run(args: &AmbientArgs, common: &Common) -> Result<()> {
+    comparison::run("ambient", &args.compared, common, &args.receivers, |view, receivers| {
+        Ambient::new(&view.name, &view.scene, receivers, args.rays as usize, args.max_distance)
+    })
+}
+
+/// How far occluders count.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum MaxDistance {
+    /// In units of the scene.
+    Length(f64),
+    /// In parts of the scene's diagonal.
+    OfDiagonal(f64),
+}
+
+impl FromStr for MaxDistance {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite() && *x > 0.0);
+        let distance = match text.strip_suffix('%') {
+            Some(percent) => number(percent).map(|percent| Self::OfDiagonal(percent / 100.0)),
+            None => number(text).map(Self::Length),
+        };
+        distance.ok_or_else(|| "expected a positive length, or a share such as 10%".into())
+    }
+}
+
+impl MaxDistance {
+    /// In units of a scene with this diagonal.
+    pub(crate) fn in_scene(self, diagonal: f64) -> f32 {
+        match self {
+            Self::Length(length) => length as f32,
+            Self::OfDiagonal(share) => (share * diagonal) as f32,
+        }
+    }
+}
+
+/// One scene with receivers that share their directions.
+#[derive(Debug, Clone)]
+pub(crate) struct Ambient {
+    pub(crate) model: Model,
+    set: ReceiverSet,
+    /// The receivers as umbel takes them.
+    pub(crate) hemispheres: Vec<Hemisphere>,
+    /// The directions as umbel takes them, about half of which are above a receiver's horizon.
+    pub(crate) samples: Vec<RaySample>,
+    /// The same for the others.
+    pub(crate) rays: AmbientRays,
+}
+
+impl Ambient {
+    /// Receivers with so many rays above the horizon, on average.
+    pub(crate) fn new(
+        name: &str,
+        scene: &Scene,
+        set: ReceiverSet,
+        rays: usize,
+        max_distance: Option<MaxDistance>,
+    ) -> Result<Self> {
+        let (model, bounds) = (Model::new(name, scene), scene.bounds());
+        let triangles = Triangles::new(&model.positions, &model.triangles)?;
+        let hemispheres = hemispheres(&model, &triangles, set);
+        let limit = max_distance.map_or(f32::INFINITY, |limit| limit.in_scene(diagonal(&bounds)));
+        let directions = directions::sphere(2 * rays);
+        let sample = |direction: &[f32; 3]| RaySample {
+            direction: DVec3::from_array(direction.map(f64::from)),
+            t_max: limit,
+        };
+        let samples = directions.iter().map(sample).collect();
+        let rays = AmbientRays::new(&triangles, &bounds, &hemispheres, directions, limit);
+        Ok(Self { model, set, hemispheres, samples, rays })
+    }
+}
+
+impl Subject for Ambient {
+    type Answer = OpenBits;
+
+    const RASTERIZED: bool = false;
+
+    fn model(&self) -> &Model {
+        &self.model
+    }
+
+    fn layout(&self) -> String {
+        format!("{} x {}", self.set, self.samples.len() / 2)
+    }
+
+    fn facts(&self) -> Vec<(&'static str, Value)> {
+        let [begin, end] = self.rays.interval;
+        vec![
+            ("receiver_set", json!(self.set.to_string())),
+            ("receivers", json!(self.hemispheres.len())),
+            ("directions", json!(self.samples.len())),
+            ("epsilon", json!(begin)),
+            // Infinite without a limit, which JSON has as null.
+            ("max_distance", json!(end)),
+        ]
+    }
+
+    fn rays(&self) -> usize {
+        self.rays.len()
+    }
+
+    fn blank(&self) -> OpenBits {
+        self.rays.blank()
+    }
+
+    fn engines(
+        &self,
+        engines: &Engines,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<Vec<Box<dyn Engine<Self>>>> {
+        engines.for_ambient(self, wanted)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::umbel_engine::Umbel;
+    use umbel::builtin;
+
+    fn room(max_distance: &str) -> Ambient {
+        let scene = builtin("cornell").expect("a scene");
+        let limit = Some(max_distance.parse().expect("a distance"));
+        Ambient::new("room", &scene, ReceiverSet::Random(300), 32, limit).expect("a subject")
+    }
+
+    fn open(subject: &Ambient, mut engine: impl Engine<Ambient>) -> OpenBits {
+        let mut answer = subject.blank();
+        engine.run(subject, &mut answer).expect("open rays");
+        answer
+    }
+
+    #[test]
+    fn groupings_agree_about_a_room() {
+        let room = room("20%");
+        let umbel = open(&room, Umbel::from_scratch());
+        let count = umbel.words.iter().map(|word| word.count_ones() as usize).sum::<usize>();
+        assert!((room.rays() / 4..room.rays()).contains(&count), "{count} of {}", room.rays());
+        for grouped in Umbel::grouped() {
+            assert_eq!(open(&room, grouped), umbel);
+        }
+    }
+
+    #[cfg(feature = "obvhs")]
+    #[test]
+    fn engines_agree_about_a_room() {
+        use crate::answer::Answer;
+
+        let room = room("0.2%");
+        let umbel = open(&room, Umbel::from_scratch());
+        for mut engine in crate::obvhs_engine::variants(&room, |_| true) {
+            let mut other = room.blank();
+            engine.run(&room, &mut other).expect("open rays");
+            assert!(umbel.agreement(&other)[0].of_all > 0.999, "{}", engine.name());
+        }
+    }
+
+    #[test]
+    fn distances_are_lengths_or_shares() {
+        assert_eq!("10%".parse(), Ok(MaxDistance::OfDiagonal(0.1)));
+        assert_eq!("2.5".parse(), Ok(MaxDistance::Length(2.5)));
+        for text in ["", "%", "-1", "inf", "0"] {
+            assert!(text.parse::<MaxDistance>().is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! Ambient rays for engines that take single rays or packets: from receivers along directions that all of them share.
+//!
+//! Receivers follow Morton's curve. Which rays are above the horizon is given, as exact bits. A ray begins at [`EPSILON`] of the
+//! scene's diagonal, lest it hit the surface that it leaves, and ends at the limit.
+
+use rayon::prelude::*;
+use umbel::glam::DVec3;
+use umbel::{Aabb, Hemisphere, OpenRays, Triangles};
+
+use crate::answer::OpenBits;
+use crate::morton;
+
+/// What is left out at a ray's beginning, in parts of the scene's diagonal.
+pub(crate) const EPSILON: f64 = 1e-5;
+
+/// Receivers that one task takes.
+const RECEIVERS_OF_TASK: usize = 512;
+
+/// The rays of all receivers.
+#[derive(Debug, Clone)]
+pub(crate) struct AmbientRays {
+    /// Of length 1 up to rounding.
+    pub(crate) directions: Vec<[f32; 3]>,
+    /// Where rays begin and end.
+    pub(crate) interval: [f32; 2],
+    points: Vec<[f32; 3]>,
+    /// The place of each point among umbel's receivers.
+    order: Vec<u32>,
+    /// A bit for each direction of each point, 32 to a word.
+    above: Vec<u32>,
+    /// Words of a point.
+    words: usize,
+    len: usize,
+}
+
+/// Some receivers, for one task.
+#[derive(Debug)]
+pub(crate) struct Group<'a> {
+    pub(crate) points: &'a [[f32; 3]],
+    above: &'a [u32],
+    open: &'a mut [u32],
+    words: usize,
+}
+
+impl AmbientRays {
+    /// Finds out which rays are above the horizon. `t_max` is in units of the scene.
+    pub(crate) fn new(
+        triangles: &Triangles<'_>,
+        bounds: &Aabb,
+        receivers: &[Hemisphere],
+        directions: Vec<[f32; 3]>,
+        t_max: f32,
+    ) -> Self {
+        let points: Vec<[f32; 3]> = receivers.iter().map(|hemisphere| hemisphere.receiver.point).collect();
+        let order = morton::order(&points);
+        let points = order.iter().map(|&k| points[k as usize]).collect();
+        let words = directions.len().div_ceil(32);
+        let mut above = vec![0; receivers.len() * words];
+        above.par_chunks_mut(words.max(1)).zip(&order).for_each(|(bits, &k)| {
+            for (n, direction) in directions.iter().enumerate() {
+                let direction = DVec3::from_array(direction.map(f64::from));
+                let is_above = receivers[k as usize].is_above(triangles, direction);
+                bits[n / 32] |= u32::from(is_above) << (n % 32);
+            }
+        });
+        let len = above.par_iter().map(|bits| bits.count_ones() as usize).sum();
+        let interval = [(EPSILON * diagonal(bounds)) as f32, t_max];
+        Self { directions, interval, points, order, above, words, len }
+    }
+
+    /// The number of rays above the horizon.
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// An answer with no open rays.
+    pub(crate) fn blank(&self) -> OpenBits {
+        OpenBits { words: vec![0; self.above.len()], rays: self.len }
+    }
+
+    /// Takes over what umbel found of its receivers.
+    pub(crate) fn put_in_order(&self, found: &OpenRays, answer: &mut OpenBits) {
+        for (bits, &k) in answer.words.chunks_exact_mut(self.words).zip(&self.order) {
+            bits.copy_from_slice(found.words(k as usize));
+        }
+    }
+
+    /// Lets all threads trace groups of neighbours.
+    pub(crate) fn trace_groups(&self, answer: &mut OpenBits, trace: impl Fn(Group<'_>) + Sync + Send) {
+        let words = self.words;
+        let bits = RECEIVERS_OF_TASK * words.max(1);
+        let points = self.points.par_chunks(RECEIVERS_OF_TASK);
+        let above = self.above.par_chunks(bits);
+        let open = answer.words.par_chunks_mut(bits);
+        points.zip(above).zip(open).with_max_len(1).for_each(|((points, above), open)| {
+            open.fill(0);
+            trace(Group { points, above, open, words });
+        });
+    }
+
+    /// Lets all threads trace single rays, receiver by receiver. `is_blocked` is asked of each point and direction.
+    pub(crate) fn trace_singly(
+        &self,
+        answer: &mut OpenBits,
+        is_blocked: impl Fn([f32; 3], [f32; 3]) -> bool + Sync,
+    ) {
+        self.trace_groups(answer, |mut group| {
+            for receiver in 0..group.points.len() {
+                for ray in group.rays_above(receiver) {
+                    if !is_blocked(group.points[receiver], self.directions[ray]) {
+                        group.set_open(receiver, ray);
+                    }
+                }
+            }
+        });
+    }
+}
+
+impl<'a> Group<'a> {
+    /// The rays of a receiver that are above its horizon.
+    #[inline]
+    pub(crate) fn rays_above(&self, receiver: usize) -> impl Iterator<Item = usize> + use<'a> {
+        let words = &self.above[receiver * self.words..][..self.words];
+        words.iter().enumerate().flat_map(|(k, &word)| Bits(word).map(move |bit| 32 * k + bit))
+    }
+
+    /// The receivers for which a ray is above the horizon.
+    #[inline]
+    pub(crate) fn receivers_below(&self, ray: usize) -> impl Iterator<Item = usize> + use<'a> {
+        let words = self.above[ray / 32..].iter().step_by(self.words);
+        let is_above = move |&(_, &word): &(usize, &u32)| word >> (ray % 32) & 1 == 1;
+        words.enumerate().filter(is_above).map(|(receiver, _)| receiver)
+    }
+
+    /// Says that a ray is open.
+    #[inline]
+    pub(crate) fn set_open(&mut self, receiver: usize, ray: usize) {
+        self.open[receiver * self.words + ray / 32] |= 1 << (ray % 32);
+    }
+}
+
+/// The places of the bits that are set, from the lowest on.
+struct Bits(u32);
+
+impl Iterator for Bits {
+    type Item = usize;
+
+    #[inline]
+    fn next(&mut self) -> Option<usize> {
+        let lowest = (self.0 != 0).then(|| self.0.trailing_zeros() as usize);
+        self.0 &= self.0.wrapping_sub(1);
+        lowest
+    }
+}
+
+/// The length of a box from corner to corner.
+pub(crate) fn diagonal(bounds: &Aabb) -> f64 {
+    DVec3::from_array(bounds.extent()).length()
+}
