@@ -8,7 +8,7 @@ use umbel::glam::DVec3;
 use umbel::{Hemisphere, RaySample, Scene, Triangles};
 
 use crate::Result;
-use crate::ambient_rays::{AmbientRays, diagonal};
+use crate::ambient_rays::{AmbientRays, EPSILON};
 use crate::answer::OpenBits;
 use crate::cli::{AmbientArgs, Common};
 use crate::comparison;
@@ -49,7 +49,7 @@ impl FromStr for MaxDistance {
 
 impl MaxDistance {
     /// In units of a scene with this diagonal.
-    pub(crate) fn in_scene(self, diagonal: f64) -> f32 {
+    fn in_scene(self, diagonal: f64) -> f32 {
         match self {
             Self::Length(length) => length as f32,
             Self::OfDiagonal(share) => (share * diagonal) as f32,
@@ -79,19 +79,37 @@ impl Ambient {
         rays: usize,
         max_distance: Option<MaxDistance>,
     ) -> Result<Self> {
-        let (model, bounds) = (Model::new(name, scene), scene.bounds());
+        let model = Model::new(name, scene);
         let triangles = Triangles::new(&model.positions, &model.triangles)?;
         let hemispheres = hemispheres(&model, &triangles, set);
-        let limit = max_distance.map_or(f32::INFINITY, |limit| limit.in_scene(diagonal(&bounds)));
-        let directions = directions::sphere(2 * rays);
+        let interval = interval(scene, max_distance);
+        Self::along(model, set, hemispheres, directions::sphere(2 * rays), interval)
+    }
+
+    /// Receivers of a set, with these directions.
+    pub(crate) fn along(
+        model: Model,
+        set: ReceiverSet,
+        hemispheres: Vec<Hemisphere>,
+        directions: Vec<[f32; 3]>,
+        interval: [f32; 2],
+    ) -> Result<Self> {
+        let triangles = Triangles::new(&model.positions, &model.triangles)?;
         let sample = |direction: &[f32; 3]| RaySample {
             direction: DVec3::from_array(direction.map(f64::from)),
-            t_max: limit,
+            t_max: interval[1],
         };
         let samples = directions.iter().map(sample).collect();
-        let rays = AmbientRays::new(&triangles, &bounds, &hemispheres, directions, limit);
+        let rays = AmbientRays::new(&triangles, &hemispheres, directions, interval);
         Ok(Self { model, set, hemispheres, samples, rays })
     }
+}
+
+/// Where rays begin, but umbel's, and where they end.
+pub(crate) fn interval(scene: &Scene, max_distance: Option<MaxDistance>) -> [f32; 2] {
+    let diagonal = DVec3::from_array(scene.bounds().extent()).length();
+    let end = max_distance.map_or(f32::INFINITY, |distance| distance.in_scene(diagonal));
+    [(EPSILON * diagonal) as f32, end]
 }
 
 impl Subject for Ambient {

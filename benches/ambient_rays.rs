@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 use umbel::glam::DVec3;
-use umbel::{Aabb, Hemisphere, OpenRays, Triangles};
+use umbel::{Hemisphere, OpenRays, Triangles};
 
 use crate::answer::OpenBits;
 use crate::morton;
@@ -14,7 +14,7 @@ use crate::morton;
 pub(crate) const EPSILON: f64 = 1e-5;
 
 /// Receivers that one task takes.
-const RECEIVERS_OF_TASK: usize = 512;
+const RECEIVERS_OF_TASK: usize = 2048;
 
 /// The rays of all receivers.
 #[derive(Debug, Clone)]
@@ -43,20 +43,19 @@ pub(crate) struct Group<'a> {
 }
 
 impl AmbientRays {
-    /// Finds out which rays are above the horizon. `t_max` is in units of the scene.
+    /// Finds out which rays are above the horizon. The interval is in units of the scene.
     pub(crate) fn new(
         triangles: &Triangles<'_>,
-        bounds: &Aabb,
         receivers: &[Hemisphere],
         directions: Vec<[f32; 3]>,
-        t_max: f32,
+        interval: [f32; 2],
     ) -> Self {
         let points: Vec<[f32; 3]> = receivers.iter().map(|hemisphere| hemisphere.receiver.point).collect();
         let order = morton::order(&points);
         let points = order.iter().map(|&k| points[k as usize]).collect();
-        let words = directions.len().div_ceil(32);
+        let words = directions.len().div_ceil(32).max(1);
         let mut above = vec![0; receivers.len() * words];
-        above.par_chunks_mut(words.max(1)).zip(&order).for_each(|(bits, &k)| {
+        above.par_chunks_mut(words).zip(&order).for_each(|(bits, &k)| {
             for (n, direction) in directions.iter().enumerate() {
                 let direction = DVec3::from_array(direction.map(f64::from));
                 let is_above = receivers[k as usize].is_above(triangles, direction);
@@ -64,7 +63,6 @@ impl AmbientRays {
             }
         });
         let len = above.par_iter().map(|bits| bits.count_ones() as usize).sum();
-        let interval = [(EPSILON * diagonal(bounds)) as f32, t_max];
         Self { directions, interval, points, order, above, words, len }
     }
 
@@ -85,10 +83,26 @@ impl AmbientRays {
         }
     }
 
+    /// Adds to each receiver, given its normal, the cosines of its open rays and those of all its rays.
+    pub(crate) fn add_cosines(&self, answer: &OpenBits, normals: &[[f32; 3]], sums: &mut [[f64; 2]]) {
+        let receivers = self.above.chunks_exact(self.words).zip(answer.words.chunks_exact(self.words));
+        for ((above, open), &k) in receivers.zip(&self.order) {
+            let normal = normals[k as usize];
+            for ray in set_bits(above) {
+                let direction = self.directions[ray];
+                let cosine: f32 = (0..3).map(|axis| normal[axis] * direction[axis]).sum();
+                let is_open = open[ray / 32] >> (ray % 32) & 1 == 1;
+                let cosine = f64::from(cosine.max(0.0));
+                sums[k as usize][0] += if is_open { cosine } else { 0.0 };
+                sums[k as usize][1] += cosine;
+            }
+        }
+    }
+
     /// Lets all threads trace groups of neighbours.
     pub(crate) fn trace_groups(&self, answer: &mut OpenBits, trace: impl Fn(Group<'_>) + Sync + Send) {
         let words = self.words;
-        let bits = RECEIVERS_OF_TASK * words.max(1);
+        let bits = RECEIVERS_OF_TASK * words;
         let points = self.points.par_chunks(RECEIVERS_OF_TASK);
         let above = self.above.par_chunks(bits);
         let open = answer.words.par_chunks_mut(bits);
@@ -108,7 +122,7 @@ impl AmbientRays {
             for receiver in 0..group.points.len() {
                 for ray in group.rays_above(receiver) {
                     if !is_blocked(group.points[receiver], self.directions[ray]) {
-                        group.set_open(receiver, ray);
+                        group.set_open((receiver, ray));
                     }
                 }
             }
@@ -120,8 +134,7 @@ impl<'a> Group<'a> {
     /// The rays of a receiver that are above its horizon.
     #[inline]
     pub(crate) fn rays_above(&self, receiver: usize) -> impl Iterator<Item = usize> + use<'a> {
-        let words = &self.above[receiver * self.words..][..self.words];
-        words.iter().enumerate().flat_map(|(k, &word)| Bits(word).map(move |bit| 32 * k + bit))
+        set_bits(&self.above[receiver * self.words..][..self.words])
     }
 
     /// The receivers for which a ray is above the horizon.
@@ -132,11 +145,17 @@ impl<'a> Group<'a> {
         words.enumerate().filter(is_above).map(|(receiver, _)| receiver)
     }
 
-    /// Says that a ray is open.
+    /// Says that a receiver's ray is open.
     #[inline]
-    pub(crate) fn set_open(&mut self, receiver: usize, ray: usize) {
+    pub(crate) fn set_open(&mut self, (receiver, ray): (usize, usize)) {
         self.open[receiver * self.words + ray / 32] |= 1 << (ray % 32);
     }
+}
+
+/// The places of the bits that are set in words of 32.
+#[inline]
+fn set_bits(words: &[u32]) -> impl Iterator<Item = usize> + use<'_> {
+    words.iter().enumerate().flat_map(|(k, &word)| Bits(word).map(move |bit| 32 * k + bit))
 }
 
 /// The places of the bits that are set, from the lowest on.
@@ -151,9 +170,4 @@ impl Iterator for Bits {
         self.0 &= self.0.wrapping_sub(1);
         lowest
     }
-}
-
-/// The length of a box from corner to corner.
-pub(crate) fn diagonal(bounds: &Aabb) -> f64 {
-    DVec3::from_array(bounds.extent()).length()
 }

@@ -17,6 +17,8 @@ mod curves;
 mod directions;
 mod engine;
 mod engines;
+mod error;
+mod estimates;
 mod icosphere;
 mod leaks;
 mod machine;
@@ -24,6 +26,7 @@ mod morton;
 mod picture;
 mod plot;
 mod primary;
+mod reference;
 mod report;
 mod rounds;
 mod shadow;
@@ -81,6 +84,7 @@ fn run(cli: &cli::Cli) -> Result<()> {
         cli::Command::Cube(args) => cube::run(args, &cli.common),
         cli::Command::Shadow(args) => shadow::run(args, &cli.common),
         cli::Command::Ambient(args) => ambient::run(args, &cli.common),
+        cli::Command::Error(args) => error::run(args, &cli.common),
         cli::Command::Leaks(args) => leaks::run(args, &cli.common),
         cli::Command::Cliffs(args) => cliffs::run(args),
     }
