@@ -5,11 +5,11 @@ use std::str::FromStr;
 
 use serde_json::{Value, json};
 use umbel::glam::DVec3;
-use umbel::{Hemisphere, RaySample, Scene, Triangles};
+use umbel::{Hemisphere, Options, Ray, RaySample, Scene, Triangles, closest_hit};
 
 use crate::Result;
 use crate::ambient_rays::{AmbientRays, EPSILON};
-use crate::answer::OpenBits;
+use crate::answer::{OpenBits, Share};
 use crate::cli::{AmbientArgs, Common};
 use crate::comparison;
 use crate::directions;
@@ -24,6 +24,9 @@ pub(crate) fn run(args: &AmbientArgs, common: &Common) -> Result<()> {
         Ambient::new(&view.name, &view.scene, receivers, args.rays as usize, args.max_distance)
     })
 }
+
+/// Differing rays that are looked into, evenly chosen from all.
+const MOST_EXPLAINED: usize = 10_000;
 
 /// How far occluders count.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -143,6 +146,19 @@ impl Subject for Ambient {
 
     fn blank(&self) -> OpenBits {
         self.rays.blank()
+    }
+
+    /// Rays that the other has as open and that are blocked before its rays begin: exact arithmetic sees what is so near.
+    fn explain(&self, umbel: &OpenBits, other: &OpenBits) -> Result<Vec<Share>> {
+        let (count, some) = self.rays.opened(umbel, other, MOST_EXPLAINED);
+        let widen = |p: [f32; 3]| DVec3::from_array(p.map(f64::from));
+        let rays: Vec<Ray> =
+            some.iter().map(|&(point, direction)| Ray::new(widen(point), widen(direction))).collect();
+        let triangles = Triangles::new(&self.model.positions, &self.model.triangles)?;
+        let (hits, _) = closest_hit(&triangles, &rays[..], &Options::default())?;
+        let near = hits.ts().iter().filter(|&&t| t <= self.rays.interval[0]).count();
+        let of_all = count as f64 * near as f64 / (some.len().max(1) * self.rays().max(1)) as f64;
+        Ok(vec![Share { heading: "near %", key: "it_alone_opens_before_epsilon", of_all }])
     }
 
     fn engines(

@@ -99,6 +99,24 @@ impl AmbientRays {
         }
     }
 
+    /// How many rays are blocked in the first answer and open in the other, and some of them: points and directions.
+    pub(crate) fn opened(
+        &self,
+        umbel: &OpenBits,
+        other: &OpenBits,
+        most: usize,
+    ) -> (usize, Vec<([f32; 3], [f32; 3])>) {
+        let [_, count] = umbel.differences(other);
+        let step = (count as usize).div_ceil(most).max(1);
+        let pairs = umbel.words.chunks_exact(self.words).zip(other.words.chunks_exact(self.words));
+        let of_point = |((umbel, other), &point): ((&[u32], &[u32]), &[f32; 3])| {
+            let opened: Vec<u32> = umbel.iter().zip(other).map(|(umbel, other)| other & !umbel).collect();
+            set_bits(&opened).map(|ray| (point, self.directions[ray])).collect::<Vec<_>>()
+        };
+        let some = pairs.zip(&self.points).flat_map(of_point).step_by(step).collect();
+        (count as usize, some)
+    }
+
     /// Lets all threads trace groups of neighbours.
     pub(crate) fn trace_groups(&self, answer: &mut OpenBits, trace: impl Fn(Group<'_>) + Sync + Send) {
         let words = self.words;

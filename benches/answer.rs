@@ -96,8 +96,8 @@ impl Answer for OpenBits {
         let [blocked, open] = self.differences(other).map(|rays| rays as f64 / self.rays.max(1) as f64);
         vec![
             Share { heading: "rays eq %", key: "rays_equal", of_all: 1.0 - blocked - open },
-            Share { heading: "it blocks %", key: "it_alone_blocks", of_all: blocked },
-            Share { heading: "it opens %", key: "it_alone_opens", of_all: open },
+            Share { heading: "blocks %", key: "it_alone_blocks", of_all: blocked },
+            Share { heading: "opens %", key: "it_alone_opens", of_all: open },
         ]
     }
 }

@@ -36,8 +36,11 @@ pub(crate) struct Surface {
     pub(crate) interval: [f32; 2],
 }
 
-/// A way of estimating: its name, and what computes the openness of all receivers and takes the time.
-pub(crate) type Estimate<'a> = (&'static str, Box<dyn FnMut() -> Result<(Times, Vec<f32>)> + 'a>);
+/// Computes the openness of all receivers and takes the time.
+pub(crate) type Run<'a> = Box<dyn FnMut() -> Result<(Times, Vec<f32>)> + 'a>;
+
+/// A way of estimating, and its name.
+pub(crate) type Estimate<'a> = (&'static str, Run<'a>);
 
 impl Surface {
     /// The receivers of a scene, along Morton's curve.
@@ -99,11 +102,7 @@ impl Surface {
     }
 
     /// Sets that receivers share, all or some of them, each by its engine.
-    fn weighted<'a>(
-        &'a self,
-        parts: Vec<Part>,
-        mut engines: Vec<Box<dyn Engine<Ambient>>>,
-    ) -> Box<dyn FnMut() -> Result<(Times, Vec<f32>)> + 'a> {
+    fn weighted<'a>(&'a self, parts: Vec<Part>, mut engines: Vec<Box<dyn Engine<Ambient>>>) -> Run<'a> {
         Box::new(move || {
             let mut openness = vec![0.0; self.hemispheres.len()];
             let mut times = Times { build: 0.0, trace: 0.0 };
@@ -123,7 +122,7 @@ impl Surface {
 
     /// umbel with rays of each receiver's own: a spiral around the normal, denser where the cosine is great, shifted at
     /// random.
-    fn independent<'a>(&'a self, rays: usize) -> Box<dyn FnMut() -> Result<(Times, Vec<f32>)> + 'a> {
+    fn independent<'a>(&'a self, rays: usize) -> Run<'a> {
         let of = move |receiver: usize, ray: usize| {
             let [u, v] = Random::new(receiver as u64).pair().map(f64::from);
             let (u, v) = ((ray as f64 + u) / rays as f64, (v + ray as f64 * GOLDEN).fract());
@@ -150,11 +149,7 @@ impl Surface {
 
     /// Embree with random rays.
     #[cfg(feature = "embree")]
-    fn random<'a>(
-        &'a self,
-        device: &std::sync::Arc<crate::embree::Device>,
-        rays: usize,
-    ) -> Result<Box<dyn FnMut() -> Result<(Times, Vec<f32>)> + 'a>> {
+    fn random<'a>(&'a self, device: &std::sync::Arc<crate::embree::Device>, rays: usize) -> Result<Run<'a>> {
         let mut embree = crate::embree_ambient::RandomEmbree::new(device, &self.model)?;
         let points = self.hemispheres.iter().map(|hemisphere| hemisphere.receiver.point);
         let starts: Vec<_> = points.zip(self.normals.iter().copied()).collect();

@@ -57,6 +57,7 @@ pub(crate) fn measure<S: Subject>(
                     reference.clone_from(&answer);
                 }
                 measured.agreement = reference.agreement(&answer);
+                measured.agreement.extend(subject.explain(&reference, &answer)?);
             }
         }
     }

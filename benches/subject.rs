@@ -7,7 +7,7 @@ use umbel::Scene;
 use umbel::glam::DVec3;
 
 use crate::Result;
-use crate::answer::Answer;
+use crate::answer::{Answer, Share};
 use crate::engine::Engine;
 use crate::engines::Engines;
 
@@ -33,6 +33,11 @@ pub(crate) trait Subject: Sized {
 
     /// An answer with room for all rays.
     fn blank(&self) -> Self::Answer;
+
+    /// Why an answer differs from umbel's, as shares of the rays, as far as that is looked into.
+    fn explain(&self, _umbel: &Self::Answer, _other: &Self::Answer) -> Result<Vec<Share>> {
+        Ok(Vec::new())
+    }
 
     /// umbel first, then all others whose names are wanted.
     fn engines(&self, engines: &Engines, wanted: &dyn Fn(&str) -> bool)

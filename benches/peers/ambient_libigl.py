@@ -1,0 +1,31 @@
+"""libigl's ambient occlusion per vertex against `umbel bake --vertices`.
+
+Timed is `igl.ambient_occlusion` alone: it builds Embree's tree and traces, with as many threads as libigl takes. Its rays
+are random, weighted by the cosine, of any length; 1 means occluded. Vertex normals are computed before.
+"""
+
+import comparison
+
+
+def main():
+    parser = comparison.options(__doc__)
+    args = parser.parse_args()
+    igl = comparison.require("igl", "libigl")
+    vertices, faces = igl.read_triangle_mesh(str(args.scene))[:2]
+    normals = igl.per_vertex_normals(vertices, faces)
+
+    def work():
+        return igl.ambient_occlusion(vertices, faces, vertices, normals, args.rays)
+
+    def facts(occlusion):
+        return {
+            "vertices": len(vertices),
+            "triangles": len(faces),
+            "mean_openness": 1.0 - float(occlusion.mean()),
+        }
+
+    comparison.compare(args, "libigl", work, ["--vertices"], facts)
+
+
+if __name__ == "__main__":
+    main()
