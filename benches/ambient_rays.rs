@@ -16,6 +16,9 @@ pub(crate) const EPSILON: f64 = 1e-5;
 /// Receivers that one task takes.
 const RECEIVERS_OF_TASK: usize = 2048;
 
+/// A point and a direction.
+pub(crate) type Departure = ([f32; 3], [f32; 3]);
+
 /// The rays of all receivers.
 #[derive(Debug, Clone)]
 pub(crate) struct AmbientRays {
@@ -100,12 +103,7 @@ impl AmbientRays {
     }
 
     /// How many rays are blocked in the first answer and open in the other, and some of them: points and directions.
-    pub(crate) fn opened(
-        &self,
-        umbel: &OpenBits,
-        other: &OpenBits,
-        most: usize,
-    ) -> (usize, Vec<([f32; 3], [f32; 3])>) {
+    pub(crate) fn opened(&self, umbel: &OpenBits, other: &OpenBits, most: usize) -> (usize, Vec<Departure>) {
         let [_, count] = umbel.differences(other);
         let step = (count as usize).div_ceil(most).max(1);
         let pairs = umbel.words.chunks_exact(self.words).zip(other.words.chunks_exact(self.words));

@@ -22,7 +22,8 @@ def prepare(bpy, args):
     mesh = bpy.context.view_layer.objects.active
     image = bpy.data.images.new("openness", args.texels, args.texels, float_buffer=True)
     material = bpy.data.materials.new("baked")
-    material.use_nodes = True
+    if material.node_tree is None:
+        material.use_nodes = True
     node = material.node_tree.nodes.new("ShaderNodeTexImage")
     node.image = image
     material.node_tree.nodes.active = node
@@ -56,7 +57,7 @@ def main():
             "vertices": len(mesh.data.vertices),
             "faces": len(mesh.data.polygons),
             "texels": args.texels,
-            "mean_of_image": sum(image.pixels[0::4]) / args.texels**2,
+            "mean_of_image": sum(image.pixels[:][0::4]) / args.texels**2,
         }
 
     comparison.compare(args, "bpy", work, ["--texels", args.texels], facts)

@@ -1,8 +1,10 @@
 """What the scripts beside this one share: options, rounds in turns with `umbel bake`, and a JSON report on stdout."""
 
 import argparse
+import contextlib
 import importlib.metadata
 import json
+import os
 import pathlib
 import platform
 import statistics
@@ -31,11 +33,26 @@ def require(module, package):
         sys.exit(f"{package} is not usable here: {error}\nIt comes from PyPI: pip install {package}")
 
 
+@contextlib.contextmanager
+def elsewhere():
+    """Sends what libraries print to stderr: stdout carries the report only."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+
+
 def timed(work):
     """The milliseconds of a call, and its value."""
-    start = time.perf_counter()
-    value = work()
-    return (time.perf_counter() - start) * 1e3, value
+    with elsewhere():
+        start = time.perf_counter()
+        value = work()
+        ms = (time.perf_counter() - start) * 1e3
+    return ms, value
 
 
 def umbel_bake(args, job):
