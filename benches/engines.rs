@@ -119,6 +119,10 @@ impl Engines {
     }
 
     /// Those that find open rays: umbel first, then all others whose names are wanted.
+    #[cfg_attr(
+        not(any(feature = "embree", feature = "obvhs")),
+        expect(unused_variables, reason = "umbel is alone")
+    )]
     pub(crate) fn for_ambient(
         &self,
         ambient: &Ambient,

@@ -61,6 +61,7 @@ impl Surface {
     }
 
     /// All ways that there are, with so many rays per receiver.
+    #[cfg_attr(not(feature = "embree"), expect(unused_variables, reason = "umbel is alone"))]
     pub(crate) fn estimates<'a>(&'a self, engines: &Engines, rays: usize) -> Result<Vec<Estimate<'a>>> {
         let sphere = directions::sphere(2 * rays);
         let shared = vec![self.along((0..self.hemispheres.len()).collect(), sphere.clone())?];
