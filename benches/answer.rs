@@ -73,6 +73,35 @@ impl Answer for Blocked {
     }
 }
 
+/// Which rays of many receivers are open: a bit for each, of which those above the horizon count.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct OpenBits {
+    pub(crate) words: Vec<u32>,
+    /// How many count.
+    pub(crate) rays: usize,
+}
+
+impl OpenBits {
+    /// How many of the bits that differ are set here, and how many there.
+    pub(crate) fn differences(&self, other: &Self) -> [u64; 2] {
+        let pairs = self.words.iter().zip(&other.words);
+        let counts = pairs.map(|(&a, &b)| [a & !b, b & !a].map(|bits| u64::from(bits.count_ones())));
+        counts.fold([0; 2], |sum, counts| [sum[0] + counts[0], sum[1] + counts[1]])
+    }
+}
+
+impl Answer for OpenBits {
+    /// Rays with umbel's answer; those that only the other has as blocked, and those that it alone has as open.
+    fn agreement(&self, other: &Self) -> Vec<Share> {
+        let [blocked, open] = self.differences(other).map(|rays| rays as f64 / self.rays.max(1) as f64);
+        vec![
+            Share { heading: "rays eq %", key: "rays_equal", of_all: 1.0 - blocked - open },
+            Share { heading: "blocks %", key: "it_alone_blocks", of_all: blocked },
+            Share { heading: "opens %", key: "it_alone_opens", of_all: open },
+        ]
+    }
+}
+
 /// Whether two distances agree; misses are infinite.
 fn same_distance(umbel: f32, other: f32) -> bool {
     let (umbel, other) = (f64::from(umbel), f64::from(other));
@@ -89,6 +118,13 @@ mod tests {
         let other = Hits { ids: vec![7, 1, MISS, 3], ts: vec![1.00001, 2.1, f32::INFINITY, 5.0] };
         let shares = umbel.agreement(&other);
         assert_eq!(shares.iter().map(|share| share.of_all).collect::<Vec<_>>(), [0.5, 0.5]);
+    }
+
+    #[test]
+    fn differences_have_two_sides() {
+        let bits = |words: [u32; 2]| OpenBits { words: words.to_vec(), rays: 8 };
+        let shares = bits([0b1100, 1]).agreement(&bits([0b1010, 0]));
+        assert_eq!(shares.iter().map(|share| share.of_all).collect::<Vec<_>>(), [0.625, 0.25, 0.125]);
     }
 
     #[test]

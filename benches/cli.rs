@@ -4,6 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::ambient::MaxDistance;
+use crate::surface_points::ReceiverSet;
+
 /// Runs umbel and other engines side by side.
 #[derive(Debug, Parser)]
 #[command(name = "umbel-bench", version, about, arg_required_else_help = true)]
@@ -35,6 +38,10 @@ pub(crate) enum Command {
     Cube(CubeArgs),
     /// Time exact shadows: which of the points that a pinhole camera sees does a point light not see
     Shadow(ShadowArgs),
+    /// Time ambient occlusion: which rays from points on surfaces into the half space above are open
+    Ambient(AmbientArgs),
+    /// Time how long openness takes that is right to within an error
+    Error(ErrorArgs),
     /// Count the rays that escape from a closed sphere
     Leaks(LeaksArgs),
     /// Time umbel for hard subjects with more and more triangles
@@ -104,6 +111,62 @@ pub(crate) struct ShadowArgs {
     /// Where the light is. Default: as scenes.json says
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) light: Option<[f32; 3]>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct AmbientArgs {
+    #[command(flatten)]
+    pub(crate) compared: ComparisonArgs,
+
+    /// texel:N, vertex or random:N; may be given more than once
+    #[arg(long, value_name = "SET", default_value = "random:20000")]
+    pub(crate) receivers: Vec<ReceiverSet>,
+
+    /// Rays above each receiver's horizon, on average
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 16), default_value = "64")]
+    pub(crate) rays: u32,
+
+    /// How far occluders count: a length, or a share of the scene's diagonal such as 10%. Default: any distance
+    #[arg(long, value_name = "D|P%")]
+    pub(crate) max_distance: Option<MaxDistance>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ErrorArgs {
+    /// Names in scenes.json, files, or builtin:NAME. Default: all of scenes.json, or builtin:umbel
+    pub(crate) scenes: Vec<String>,
+
+    /// A folder with scenes.json, which names files
+    #[arg(long = "scenes", value_name = "DIR")]
+    pub(crate) folder: Option<PathBuf>,
+
+    /// texel:N, vertex or random:N
+    #[arg(long, value_name = "SET", default_value = "random:20000")]
+    pub(crate) receivers: ReceiverSet,
+
+    /// Rays above each receiver's horizon
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [4, 8, 16, 32, 64, 128, 256, 512, 1024])]
+    pub(crate) rays: Vec<u32>,
+
+    /// How far occluders count: a length, or a share of the scene's diagonal such as 10%. Default: any distance
+    #[arg(long, value_name = "D|P%")]
+    pub(crate) max_distance: Option<MaxDistance>,
+
+    /// The error whose time is told: root mean square of openness, which is from 0 to 1
+    #[arg(long, value_name = "RMSE", default_value_t = 0.02)]
+    pub(crate) target: f64,
+
+    /// Rays of the reference, above each receiver's horizon
+    #[arg(long, value_name = "N", default_value_t = 16384, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    pub(crate) reference: u32,
+
+    /// Rounds that count; one more goes before them
+    #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) repeat: u32,
+
+    /// Write everything that was measured
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -17,14 +17,14 @@ pub(crate) fn run<S: Subject, Size: Copy>(
     sizes: &[Size],
     subject: impl Fn(&View, Size) -> Result<S>,
 ) -> Result<()> {
-    let folder = args.folder.as_deref().map(Folder::read).transpose()?.unwrap_or_default();
+    let folder = args.folder.as_deref().map(Folder::read).transpose()?;
     let engines = Engines::open(common, |name| S::RASTERIZED && wanted(args, name))?;
     let (machine, versions) = (machine::machine(), engines.versions());
     println!("{machine}\n{versions}");
 
     let (mut subjects, mut rows) = (Vec::new(), Vec::new());
-    for name in names(args, &folder) {
-        let view = View::find(&name, &folder)?;
+    for name in names(&args.scenes, folder.as_ref()) {
+        let view = View::find(&name, folder.as_ref())?;
         for &size in sizes {
             let subject = subject(&view, size)?;
             let mut prepared = subject.engines(&engines, &|name| wanted(args, name))?;
@@ -37,7 +37,7 @@ pub(crate) fn run<S: Subject, Size: Copy>(
             let best = rounds::best(&measured);
             table::print(&subject, &measured, &best);
             subjects.push(report::subject(&subject, &measured, &best));
-            rows.push((format!("{} {}", subject.model().name, subject.shape()), best));
+            rows.push((format!("{} {}", subject.model().name, subject.layout()), best));
         }
     }
 
@@ -49,11 +49,11 @@ pub(crate) fn run<S: Subject, Size: Copy>(
 }
 
 /// The scenes that are asked for, or all there are.
-fn names(args: &ComparisonArgs, folder: &Folder) -> Vec<String> {
-    match (args.scenes.is_empty(), args.folder.is_some()) {
-        (false, _) => args.scenes.clone(),
-        (true, true) => folder.names(),
-        (true, false) => vec!["builtin:umbel".to_owned()],
+pub(crate) fn names(scenes: &[String], folder: Option<&Folder>) -> Vec<String> {
+    match (scenes.is_empty(), folder) {
+        (false, _) => scenes.to_vec(),
+        (true, Some(folder)) => folder.names(),
+        (true, None) => vec!["builtin:umbel".to_owned()],
     }
 }
 

@@ -166,13 +166,26 @@ pub(crate) trait Packet<const N: usize> {
 /// N rays of which it is found together whether they hit anything. Embree has packets of 8 and 16.
 pub(crate) trait ShadowPacket<const N: usize> {
     /// Traces the rays that are valid.
-    fn occlude(&mut self, mesh: &Mesh, valid: &Valid<N>);
+    fn occlude(&mut self, mesh: &Mesh, valid: &Valid<N>, coherence: Coherence);
 }
 
-/// What Embree is told of the rays: that they are coherent.
-fn coherent() -> RtcQueryArguments {
+/// What Embree is told of the rays of a packet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Coherence {
+    /// `RTC_RAY_QUERY_FLAG_COHERENT`: they are traced together.
+    Coherent,
+    /// `RTC_RAY_QUERY_FLAG_INCOHERENT`, Embree's default: one by one.
+    Incoherent,
+}
+
+/// The arguments of a query.
+fn arguments(coherence: Coherence) -> RtcQueryArguments {
+    let flags = match coherence {
+        Coherence::Coherent => RTC_RAY_QUERY_FLAG_COHERENT,
+        Coherence::Incoherent => RTC_RAY_QUERY_FLAG_INCOHERENT,
+    };
     RtcQueryArguments {
-        flags: RTC_RAY_QUERY_FLAG_COHERENT,
+        flags,
         feature_mask: RTC_FEATURE_FLAG_ALL,
         context: ptr::null_mut(),
         filter: ptr::null(),
@@ -184,28 +197,32 @@ fn coherent() -> RtcQueryArguments {
 impl Packet<8> for RtcRayHit<8> {
     fn intersect(&mut self, mesh: &Mesh, valid: &Valid<8>) {
         // SAFETY: layout and alignment are those of RTCRayHit8, and all pointers live through the call.
-        unsafe { (mesh.device.api.intersect_8)(valid, mesh.scene, self, &mut coherent()) };
+        unsafe {
+            (mesh.device.api.intersect_8)(valid, mesh.scene, self, &mut arguments(Coherence::Coherent))
+        };
     }
 }
 
 impl Packet<16> for RtcRayHit<16> {
     fn intersect(&mut self, mesh: &Mesh, valid: &Valid<16>) {
         // SAFETY: layout and alignment are those of RTCRayHit16, and all pointers live through the call.
-        unsafe { (mesh.device.api.intersect_16)(valid, mesh.scene, self, &mut coherent()) };
+        unsafe {
+            (mesh.device.api.intersect_16)(valid, mesh.scene, self, &mut arguments(Coherence::Coherent))
+        };
     }
 }
 
 impl ShadowPacket<8> for RtcRay<8> {
-    fn occlude(&mut self, mesh: &Mesh, valid: &Valid<8>) {
+    fn occlude(&mut self, mesh: &Mesh, valid: &Valid<8>, coherence: Coherence) {
         // SAFETY: layout and alignment are those of RTCRay8, and all pointers live through the call.
-        unsafe { (mesh.device.api.occluded_8)(valid, mesh.scene, self, &mut coherent()) };
+        unsafe { (mesh.device.api.occluded_8)(valid, mesh.scene, self, &mut arguments(coherence)) };
     }
 }
 
 impl ShadowPacket<16> for RtcRay<16> {
-    fn occlude(&mut self, mesh: &Mesh, valid: &Valid<16>) {
+    fn occlude(&mut self, mesh: &Mesh, valid: &Valid<16>, coherence: Coherence) {
         // SAFETY: layout and alignment are those of RTCRay16, and all pointers live through the call.
-        unsafe { (mesh.device.api.occluded_16)(valid, mesh.scene, self, &mut coherent()) };
+        unsafe { (mesh.device.api.occluded_16)(valid, mesh.scene, self, &mut arguments(coherence)) };
     }
 }
 

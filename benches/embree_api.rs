@@ -27,6 +27,7 @@ pub(crate) const RTC_SCENE_FLAG_NONE: c_int = 0;
 pub(crate) const RTC_SCENE_FLAG_DYNAMIC: c_int = 1 << 0;
 pub(crate) const RTC_SCENE_FLAG_ROBUST: c_int = 1 << 2;
 pub(crate) const RTC_FEATURE_FLAG_ALL: c_uint = 0xFFFF_FFFF;
+pub(crate) const RTC_RAY_QUERY_FLAG_INCOHERENT: c_int = 0;
 pub(crate) const RTC_RAY_QUERY_FLAG_COHERENT: c_int = 1 << 16;
 pub(crate) const RTC_INVALID_GEOMETRY_ID: c_uint = c_uint::MAX;
 

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use crate::Result;
 use crate::answer::{Blocked, Hits};
-use crate::embree::{Build, Device, Mesh, Packet, ShadowPacket};
+use crate::embree::{Build, Coherence, Device, Mesh, Packet, ShadowPacket};
 use crate::embree_api::{RtcRay, RtcRayHit, Valid};
 use crate::engine::{Engine, Times, Variant, timed};
 use crate::picture::Picture;
 use crate::shadow::Shadow;
 use crate::shadow_rays::{EPSILON, ShadowRays};
-use crate::subject::Subject;
+use crate::subject::{Model, Subject};
 use crate::view_rays::{FilmRays, Strip, ViewRays};
 
 /// Pixels along a row of a block.
@@ -27,7 +27,7 @@ pub(crate) struct Embree {
 }
 
 /// All variants: quality, whether it is built before, and the name.
-const VARIANTS: [(Build, bool, &str); 4] = [
+pub(crate) const VARIANTS: [(Build, bool, &str); 4] = [
     (Build::LowDynamic, false, "embree-low"),
     (Build::Medium, false, "embree-medium"),
     (Build::Medium, true, "embree-medium-prebuilt"),
@@ -43,15 +43,18 @@ pub(crate) fn variants<S: Subject>(
 where
     Embree: Engine<S>,
 {
-    let model = subject.model();
     let mut engines: Vec<Box<dyn Engine<S>>> = Vec::new();
     for (build, prebuilt, name) in VARIANTS {
         for packet in [8, 16] {
             let name = format!("{name}-{packet}");
             if wanted(&name) {
-                let mut mesh = Mesh::new(device, &model.positions, &model.triangles, build)?;
-                mesh.build()?;
-                engines.push(Box::new(Embree { name, mesh, packet, prebuilt }));
+                engines.push(Box::new(Embree::new(
+                    device,
+                    subject.model(),
+                    (build, prebuilt),
+                    name,
+                    packet,
+                )?));
             }
         }
     }
@@ -59,8 +62,21 @@ where
 }
 
 impl Embree {
+    /// Builds once.
+    pub(crate) fn new(
+        device: &Arc<Device>,
+        model: &Model,
+        (build, prebuilt): (Build, bool),
+        name: String,
+        packet: usize,
+    ) -> Result<Self> {
+        let mut mesh = Mesh::new(device, &model.positions, &model.triangles, build)?;
+        mesh.build()?;
+        Ok(Self { name, mesh, packet, prebuilt })
+    }
+
     /// Builds, unless that is done, and traces with the packets asked for.
-    fn times(&mut self, trace: impl FnOnce(&Mesh, usize)) -> Result<Times> {
+    pub(crate) fn times(&mut self, trace: impl FnOnce(&Mesh, usize)) -> Result<Times> {
         let mut build = 0.0;
         if !self.prebuilt {
             let built;
@@ -125,7 +141,7 @@ where
         let mut packet = RtcRay::<N>::from_origin(rays.light);
         blocks.for_each(|points, blocked| {
             let valid = aim_at(&mut packet, rays.light, points);
-            packet.occlude(mesh, &valid);
+            packet.occlude(mesh, &valid, Coherence::Coherent);
             for (n, blocked) in blocked.iter_mut().enumerate() {
                 *blocked = packet.is_blocked(n);
             }

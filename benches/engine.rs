@@ -45,3 +45,8 @@ pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
     let value = work();
     (start.elapsed().as_secs_f64() * 1e3, value)
 }
+
+/// Million rays per second, of a number of rays that took some milliseconds.
+pub(crate) fn million_per_second(rays: usize, ms: f64) -> f64 {
+    rays as f64 / ms / 1e3
+}

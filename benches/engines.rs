@@ -3,8 +3,9 @@
 use serde_json::Value;
 
 use crate::Result;
+use crate::ambient::Ambient;
 use crate::cli::Common;
-use crate::engine::Engine;
+use crate::engine::{Engine, Variant};
 use crate::machine;
 use crate::picture::Picture;
 use crate::shadow::Shadow;
@@ -114,6 +115,32 @@ impl Engines {
         }
         #[cfg(feature = "obvhs")]
         engines.extend(crate::obvhs_engine::variants(shadow, &wanted));
+        Ok(engines)
+    }
+
+    /// Those that find open rays: umbel first, then all others whose names are wanted.
+    #[cfg_attr(
+        not(any(feature = "embree", feature = "obvhs")),
+        expect(unused_variables, reason = "umbel is alone")
+    )]
+    pub(crate) fn for_ambient(
+        &self,
+        ambient: &Ambient,
+        wanted: impl Fn(&str) -> bool,
+    ) -> Result<Vec<Box<dyn Engine<Ambient>>>> {
+        let mut engines: Vec<Box<dyn Engine<Ambient>>> =
+            vec![Box::new(Umbel::from_scratch()), Box::new(Umbel::keeping_order())];
+        for grouped in Umbel::grouped() {
+            if wanted(grouped.name()) {
+                engines.push(Box::new(grouped));
+            }
+        }
+        #[cfg(feature = "embree")]
+        if let Some(device) = &self.embree {
+            engines.extend(crate::embree_ambient::variants(device, ambient, &wanted)?);
+        }
+        #[cfg(feature = "obvhs")]
+        engines.extend(crate::obvhs_engine::variants(ambient, &wanted));
         Ok(engines)
     }
 }

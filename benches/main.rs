@@ -5,6 +5,8 @@
     allow(dead_code, reason = "some parts serve some engines only")
 )]
 
+mod ambient;
+mod ambient_rays;
 mod answer;
 mod cli;
 mod cliff_subjects;
@@ -12,19 +14,25 @@ mod cliffs;
 mod comparison;
 mod cube;
 mod curves;
+mod directions;
 mod engine;
 mod engines;
+mod error;
+mod estimates;
 mod icosphere;
 mod leaks;
 mod machine;
+mod morton;
 mod picture;
 mod plot;
 mod primary;
+mod reference;
 mod report;
 mod rounds;
 mod shadow;
 mod shadow_rays;
 mod subject;
+mod surface_points;
 mod table;
 mod umbel_engine;
 mod view_rays;
@@ -32,6 +40,8 @@ mod views;
 
 #[cfg(feature = "embree")]
 mod embree;
+#[cfg(feature = "embree")]
+mod embree_ambient;
 #[cfg(feature = "embree")]
 mod embree_api;
 #[cfg(feature = "embree")]
@@ -73,6 +83,8 @@ fn run(cli: &cli::Cli) -> Result<()> {
         cli::Command::Primary(args) => primary::run(args, &cli.common),
         cli::Command::Cube(args) => cube::run(args, &cli.common),
         cli::Command::Shadow(args) => shadow::run(args, &cli.common),
+        cli::Command::Ambient(args) => ambient::run(args, &cli.common),
+        cli::Command::Error(args) => error::run(args, &cli.common),
         cli::Command::Leaks(args) => leaks::run(args, &cli.common),
         cli::Command::Cliffs(args) => cliffs::run(args),
     }

@@ -16,7 +16,9 @@ use rayon::prelude::*;
 use umbel::glam::Vec3A;
 
 use crate::Result;
-use crate::answer::{Blocked, Hits, MISS};
+use crate::ambient::Ambient;
+use crate::ambient_rays::AmbientRays;
+use crate::answer::{Blocked, Hits, MISS, OpenBits};
 use crate::engine::{Engine, Times, Variant, timed};
 use crate::picture::Picture;
 use crate::shadow::Shadow;
@@ -97,6 +99,12 @@ impl Engine<Shadow> for Obvhs {
     }
 }
 
+impl Engine<Ambient> for Obvhs {
+    fn run(&mut self, ambient: &Ambient, answer: &mut OpenBits) -> Result<Times> {
+        self.times(&ambient.model, |built| built.open(&ambient.rays, answer))
+    }
+}
+
 enum Tree {
     Binary(Bvh2),
     Wide(CwBvh),
@@ -171,6 +179,22 @@ impl Built {
                 rays.trace_singly(answer, |point| !tree.ray_traverse_miss(ray(point), test))
             }
             Tree::Wide(tree) => rays.trace_singly(answer, |point| !tree.ray_traverse_miss(ray(point), test)),
+        }
+    }
+
+    /// Traces the rays of receivers.
+    fn open(&self, rays: &AmbientRays, answer: &mut OpenBits) {
+        let [begin, end] = rays.interval;
+        let ray =
+            |point, direction| Ray::new(Vec3A::from_array(point), Vec3A::from_array(direction), begin, end);
+        let test = |ray: &Ray, place: usize| self.triangles[place].intersect(ray);
+        match &self.tree {
+            Tree::Binary(tree) => rays.trace_singly(answer, |point, direction| {
+                !tree.ray_traverse_miss(ray(point, direction), test)
+            }),
+            Tree::Wide(tree) => rays.trace_singly(answer, |point, direction| {
+                !tree.ray_traverse_miss(ray(point, direction), test)
+            }),
         }
     }
 }

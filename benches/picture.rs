@@ -1,5 +1,6 @@
 //! The subject of closest hits: what is seen from one point through one film, or through the six of a cube.
 
+use serde_json::Value;
 use umbel::glam::DVec3;
 use umbel::{Camera, Film, Origin, Pencil, Scene, cube_pencil};
 
@@ -46,6 +47,12 @@ impl Picture {
         let rays = ViewRays::new(origin, &films.ok_or("only films with straight rows are compared")?);
         Ok(Self { model, pencil, rays })
     }
+
+    /// Films of one size.
+    fn shape(&self) -> Shape {
+        let (width, height) = self.rays.films.first().map_or((0, 0), |film| (film.width, film.height));
+        Shape { films: self.rays.films.len(), width, height }
+    }
 }
 
 impl Subject for Picture {
@@ -57,17 +64,16 @@ impl Subject for Picture {
         &self.model
     }
 
-    fn shape(&self) -> Shape {
-        let (width, height) = self.rays.films.first().map_or((0, 0), |film| (film.width, film.height));
-        Shape { films: self.rays.films.len(), width, height }
+    fn layout(&self) -> String {
+        self.shape().to_string()
+    }
+
+    fn facts(&self) -> Vec<(&'static str, Value)> {
+        self.shape().facts(self.rays.origin)
     }
 
     fn rays(&self) -> usize {
         self.rays.len()
-    }
-
-    fn origin(&self) -> [f32; 3] {
-        self.rays.origin
     }
 
     fn blank(&self) -> Hits {

@@ -5,31 +5,32 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::Result;
-use crate::engine::Times;
+use crate::engine::{Times, million_per_second};
 use crate::rounds::{Best, Measured};
 use crate::subject::Subject;
 
 /// One subject: all times of all engines, and the best of each.
 pub(crate) fn subject<S: Subject>(subject: &S, measured: &[Measured], best: &[Best]) -> Value {
     let umbel = measured.first().map_or(f64::NAN, |umbel| umbel.median(Times::total));
-    let engines: Vec<Value> = measured.iter().map(|engine| of_engine(engine, umbel)).collect();
     let best: Vec<Value> = best.iter().map(of_best).collect();
-    let (model, shape) = (subject.model(), subject.shape());
-    json!({
+    let (model, rays) = (subject.model(), subject.rays());
+    let engines: Vec<Value> = measured.iter().map(|engine| of_engine(engine, rays, umbel)).collect();
+    let mut value = json!({
         "scene": model.name,
         "triangles": model.triangles.len(),
         "without_area": model.dropped,
-        "films": shape.films,
-        "size": [shape.width, shape.height],
-        "rays": subject.rays(),
-        "origin": subject.origin(),
-        "engines": engines,
-        "best": best,
-    })
+        "rays": rays,
+    });
+    for (name, fact) in subject.facts() {
+        value[name] = fact;
+    }
+    value["engines"] = json!(engines);
+    value["best"] = json!(best);
+    value
 }
 
 /// One engine. `ratio` is its median total over umbel's.
-fn of_engine(engine: &Measured, umbel: f64) -> Value {
+fn of_engine(engine: &Measured, rays: usize, umbel: f64) -> Value {
     let all = |part: fn(&Times) -> f64| engine.times.iter().map(part).collect::<Vec<f64>>();
     let mut value = json!({
         "name": engine.name,
@@ -40,6 +41,7 @@ fn of_engine(engine: &Measured, umbel: f64) -> Value {
             "trace": engine.median(|t| t.trace),
             "total": engine.median(Times::total),
         },
+        "million_rays_per_s": million_per_second(rays, engine.median(Times::total)),
         "ratio": engine.median(Times::total) / umbel,
     });
     for share in &engine.agreement {

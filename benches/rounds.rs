@@ -19,16 +19,21 @@ pub(crate) struct Measured {
 impl Measured {
     /// The median of a part of the times, in milliseconds.
     pub(crate) fn median(&self, part: impl Fn(&Times) -> f64) -> f64 {
-        let mut values: Vec<f64> = self.times.iter().map(part).collect();
-        values.sort_by(f64::total_cmp);
-        let (low, high) = ((values.len() - 1) / 2, values.len() / 2);
-        (values[low] + values[high]) / 2.0
+        median(self.times.iter().map(part))
     }
 
     /// The engine without its settings: `embree` of `embree-medium-16`.
     pub(crate) fn family(&self) -> &str {
         self.name.split('-').next().unwrap_or(&self.name)
     }
+}
+
+/// The value in the middle, or the mean of the two that are.
+pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    let (low, high) = ((values.len() - 1) / 2, values.len() / 2);
+    (values[low] + values[high]) / 2.0
 }
 
 /// Runs all engines round by round; the first round warms up and does not count. The first engine is umbel, with whose
@@ -52,6 +57,7 @@ pub(crate) fn measure<S: Subject>(
                     reference.clone_from(&answer);
                 }
                 measured.agreement = reference.agreement(&answer);
+                measured.agreement.extend(subject.explain(&reference, &answer)?);
             }
         }
     }

@@ -1,5 +1,6 @@
 //! `umbel-bench shadow`: which of the points that a camera sees does a light not see? By all engines in turns.
 
+use serde_json::Value;
 use umbel::glam::DVec3;
 use umbel::{Camera, Origin, Receiver, Scene, Triangles, closest_hit, receivers};
 
@@ -57,16 +58,16 @@ impl Subject for Shadow {
         &self.model
     }
 
-    fn shape(&self) -> Shape {
-        self.shape
+    fn layout(&self) -> String {
+        self.shape.to_string()
+    }
+
+    fn facts(&self) -> Vec<(&'static str, Value)> {
+        self.shape.facts(self.rays.light)
     }
 
     fn rays(&self) -> usize {
         self.rays.len()
-    }
-
-    fn origin(&self) -> [f32; 3] {
-        self.rays.light
     }
 
     fn blank(&self) -> Blocked {

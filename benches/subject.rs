@@ -2,11 +2,12 @@
 
 use std::fmt;
 
+use serde_json::{Value, json};
 use umbel::Scene;
 use umbel::glam::DVec3;
 
 use crate::Result;
-use crate::answer::Answer;
+use crate::answer::{Answer, Share};
 use crate::engine::Engine;
 use crate::engines::Engines;
 
@@ -21,17 +22,22 @@ pub(crate) trait Subject: Sized {
     /// The triangles.
     fn model(&self) -> &Model;
 
-    /// How the rays are laid out.
-    fn shape(&self) -> Shape;
+    /// How the rays are laid out, in a few characters such as 1920x1080.
+    fn layout(&self) -> String;
+
+    /// What the report tells of the rays besides their number: names and values.
+    fn facts(&self) -> Vec<(&'static str, Value)>;
 
     /// The number of rays.
     fn rays(&self) -> usize;
 
-    /// The point that all rays have in common: an eye or a light.
-    fn origin(&self) -> [f32; 3];
-
     /// An answer with room for all rays.
     fn blank(&self) -> Self::Answer;
+
+    /// Why an answer differs from umbel's, as shares of the rays, as far as that is looked into.
+    fn explain(&self, _umbel: &Self::Answer, _other: &Self::Answer) -> Result<Vec<Share>> {
+        Ok(Vec::new())
+    }
 
     /// umbel first, then all others whose names are wanted.
     fn engines(&self, engines: &Engines, wanted: &dyn Fn(&str) -> bool)
@@ -65,6 +71,14 @@ impl Model {
         let triangles: Vec<_> = with_area.copied().collect();
         let dropped = scene.triangles.len() - triangles.len();
         Self { name: name.to_owned(), positions, triangles, dropped }
+    }
+}
+
+impl Shape {
+    /// What the report tells of pictures that are seen from a point.
+    pub(crate) fn facts(self, origin: [f32; 3]) -> Vec<(&'static str, Value)> {
+        let size = json!([self.width, self.height]);
+        vec![("films", json!(self.films)), ("size", size), ("origin", json!(origin))]
     }
 }
 

@@ -1,6 +1,6 @@
 //! The table that is printed for each subject.
 
-use crate::engine::Times;
+use crate::engine::{Times, million_per_second};
 use crate::rounds::{Best, Measured};
 use crate::subject::Subject;
 use crate::umbel_engine::KEEPING;
@@ -13,15 +13,15 @@ pub(crate) fn print<S: Subject>(subject: &S, measured: &[Measured], best: &[Best
     println!(
         "\n{}, {}, {} rays, {} triangles{dropped}",
         model.name,
-        subject.shape(),
+        subject.layout(),
         subject.rays(),
         model.triangles.len()
     );
     let shares = measured.first().map_or(&[][..], |umbel| &umbel.agreement);
     let headings: String = shares.iter().map(|share| format!("{:>12}", share.heading)).collect();
     println!(
-        "{:<28}{:>10}{:>10}{:>10}{:>9}{headings}",
-        "engine", "build ms", "trace ms", "total ms", "ratio"
+        "{:<38}{:>10}{:>10}{:>10}{:>9}{:>9}{headings}",
+        "engine", "build ms", "trace ms", "total ms", "Mrays/s", "ratio"
     );
     let umbel = measured.first().map_or(f64::NAN, |umbel| umbel.median(Times::total));
     for engine in measured {
@@ -33,11 +33,12 @@ pub(crate) fn print<S: Subject>(subject: &S, measured: &[Measured], best: &[Best
         let shares = engine.agreement.iter();
         let shares: String = shares.map(|share| format!("{:>12.4}", 100.0 * share.of_all)).collect();
         println!(
-            "{:<28}{:>10}{:>10.2}{:>10.2}{:>9.2}{shares}",
+            "{:<38}{:>10}{:>10.2}{:>10.2}{:>9.1}{:>9.2}{shares}",
             engine.name,
             build,
             engine.median(|times| times.trace),
             total,
+            million_per_second(subject.rays(), total),
             total / umbel,
         );
     }

@@ -1,10 +1,11 @@
 //! umbel: from positions and indices to the answer in one call, from scratch or with the order of the triangles kept
 //! from the round before. As with the others, the memory of ids and distances is kept.
 
-use umbel::{Frame, Options, Triangles};
+use umbel::{Frame, Grouping, Occlusion, Options, RaySamples, Triangles};
 
 use crate::Result;
-use crate::answer::{Blocked, Hits};
+use crate::ambient::Ambient;
+use crate::answer::{Blocked, Hits, OpenBits};
 use crate::engine::{Engine, Times, Variant, timed};
 use crate::picture::Picture;
 use crate::shadow::Shadow;
@@ -17,17 +18,25 @@ pub(crate) const KEEPING: &str = "umbel-keep-order";
 pub(crate) struct Umbel {
     name: &'static str,
     frame: Frame,
+    /// Of ambient rays.
+    grouping: Grouping,
 }
 
 impl Umbel {
     /// Everything from scratch.
     pub(crate) fn from_scratch() -> Self {
-        Self { name: "umbel", frame: Frame::new() }
+        Self { name: "umbel", frame: Frame::new(), grouping: Grouping::Auto }
     }
 
     /// With the permutation of the round before, and nothing else.
     pub(crate) fn keeping_order() -> Self {
-        Self { name: KEEPING, frame: Frame::keeping_order() }
+        Self { name: KEEPING, frame: Frame::keeping_order(), grouping: Grouping::Auto }
+    }
+
+    /// From scratch, with the grouping of ambient rays decided here.
+    pub(crate) fn grouped() -> [Self; 2] {
+        [("umbel-by-direction", Grouping::Direction), ("umbel-by-origin", Grouping::Origin)]
+            .map(|(name, grouping)| Self { name, frame: Frame::new(), grouping })
     }
 }
 
@@ -60,6 +69,22 @@ impl Engine<Shadow> for Umbel {
             timed(|| self.frame.shadowed(&triangles, shadow.light, &shadow.receivers, &Options::default()));
         let (shadowed, _) = found?;
         shadow.rays.put_in_order(&shadowed, answer);
+        Ok(Times { build: 0.0, trace })
+    }
+}
+
+impl Engine<Ambient> for Umbel {
+    fn run(&mut self, ambient: &Ambient, answer: &mut OpenBits) -> Result<Times> {
+        let triangles = Triangles::new(&ambient.model.positions, &ambient.model.triangles)?;
+        let occlusion = Occlusion {
+            hemispheres: &ambient.hemispheres,
+            samples: RaySamples::Shared(&ambient.samples),
+            back_faces: true,
+            grouping: self.grouping,
+        };
+        let (trace, found) = timed(|| self.frame.open_rays(&triangles, &occlusion, &Options::default()));
+        let (open, _) = found?;
+        ambient.rays.put_in_order(&open, answer);
         Ok(Times { build: 0.0, trace })
     }
 }

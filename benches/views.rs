@@ -48,8 +48,9 @@ impl Folder {
 
 impl View {
     /// Finds a name of the folder, a file, or a built-in scene.
-    pub(crate) fn find(name: &str, folder: &Folder) -> Result<Self> {
-        if let Some(entry) = folder.entries.get(name) {
+    pub(crate) fn find(name: &str, folder: Option<&Folder>) -> Result<Self> {
+        let entry = |name: &str| folder.and_then(|folder| Some((folder, folder.entries.get(name)?)));
+        if let Some((folder, entry)) = entry(name) {
             let file = entry["file"].as_str().ok_or_else(|| format!("{name}: scenes.json gives no file"))?;
             let scene = load(&folder.path.join(file).to_string_lossy(), LoadOptions::default())?;
             return Ok(Self::with_camera_of(name, scene, entry));
@@ -61,8 +62,8 @@ impl View {
         }
         let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
         let stem = stem.unwrap_or_else(|| name.to_owned());
-        let entry = folder.entries.get(&stem).cloned().unwrap_or_default();
-        Ok(Self::with_camera_of(&stem, scene, &entry))
+        let entry = entry(&stem).map_or(&Value::Null, |(_, entry)| entry);
+        Ok(Self::with_camera_of(&stem, scene, entry))
     }
 
     /// A scene with the camera of an entry, as far as the entry has one.

@@ -1,0 +1,159 @@
+//! `umbel-bench error`: how long does openness take that is right to within an error? Embree with random rays, and umbel
+//! and Embree with sets of directions that receivers share, by more and more rays.
+//!
+//! The error is the root mean square, over all receivers, of the difference from a reference of many rays. The time for the
+//! error that is asked for lies on the straight line, in logarithms, between the numbers of rays around it.
+
+use serde_json::{Value, json};
+
+use crate::Result;
+use crate::cli::{Common, ErrorArgs};
+use crate::comparison::names;
+use crate::engine::Times;
+use crate::engines::Engines;
+use crate::estimates::Surface;
+use crate::reference::reference;
+use crate::rounds::median;
+use crate::views::{Folder, View};
+use crate::{machine, report};
+
+/// One way of estimating, with one number of rays.
+#[derive(Debug, Clone)]
+struct Point {
+    name: &'static str,
+    rays: u32,
+    /// One per round.
+    times: Vec<Times>,
+    error: f64,
+}
+
+impl Point {
+    /// The median of building and tracing, in milliseconds.
+    fn ms(&self) -> f64 {
+        median(self.times.iter().map(Times::total))
+    }
+}
+
+/// Measures every scene.
+pub(crate) fn run(args: &ErrorArgs, common: &Common) -> Result<()> {
+    let folder = args.folder.as_deref().map(Folder::read).transpose()?;
+    let engines = Engines::open(common, |_| false)?;
+    let (machine, versions) = (machine::machine(), engines.versions());
+    println!("{machine}\n{versions}");
+    let mut subjects = Vec::new();
+    for name in names(&args.scenes, folder.as_ref()) {
+        let view = View::find(&name, folder.as_ref())?;
+        let surface = Surface::new(&view.name, &view.scene, args.receivers, args.max_distance)?;
+        let exact = reference(&surface, args.reference as usize)?;
+        println!("\n{}, {}, reference of {} rays", view.name, args.receivers, args.reference);
+        println!("{:<28}{:>8}{:>12}{:>12}{:>10}", "estimate", "rays", "build ms", "total ms", "RMSE");
+        let mut points = Vec::new();
+        for &rays in &args.rays {
+            let of_rays = measure(&surface, &engines, rays, &exact, args.repeat)?;
+            of_rays.iter().for_each(print);
+            points.extend(of_rays);
+        }
+        subjects.push(summary(&surface, &points, args));
+    }
+    let head = json!({"schema": 1, "command": "error", "machine": machine, "versions": versions});
+    args.json.as_deref().map_or(Ok(()), |path| report::write(path, head, "subjects", subjects))
+}
+
+/// All estimates with one number of rays, in turns; the first round warms up and does not count.
+fn measure(
+    surface: &Surface,
+    engines: &Engines,
+    rays: u32,
+    exact: &[f32],
+    repeat: u32,
+) -> Result<Vec<Point>> {
+    let mut estimates = surface.estimates(engines, rays as usize)?;
+    let blank = |name| Point { name, rays, times: Vec::new(), error: f64::NAN };
+    let mut points: Vec<Point> = estimates.iter().map(|&(name, _)| blank(name)).collect();
+    for round in 0..=repeat {
+        for ((_, estimate), point) in estimates.iter_mut().zip(&mut points) {
+            let (times, openness) = estimate()?;
+            if round > 0 {
+                point.times.push(times);
+            }
+            point.error = root_mean_square(&openness, exact);
+        }
+    }
+    Ok(points)
+}
+
+/// Of the differences.
+fn root_mean_square(openness: &[f32], exact: &[f32]) -> f64 {
+    let squares = openness.iter().zip(exact).map(|(a, b)| f64::from(a - b).powi(2));
+    (squares.sum::<f64>() / exact.len().max(1) as f64).sqrt()
+}
+
+/// A row of the table.
+fn print(point: &Point) {
+    let build = median(point.times.iter().map(|times| times.build));
+    println!("{:<28}{:>8}{build:>12.2}{:>12.2}{:>10.5}", point.name, point.rays, point.ms(), point.error);
+}
+
+/// Prints the time of each estimate for the error that is asked for. All of it as JSON.
+fn summary(surface: &Surface, points: &[Point], args: &ErrorArgs) -> Value {
+    let mut names: Vec<&str> = points.iter().map(|point| point.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    let of_name = |name: &str| {
+        let own: Vec<&Point> = points.iter().filter(|point| point.name == name).collect();
+        let curve: Vec<(f64, f64)> = own.iter().map(|point| (point.ms(), point.error)).collect();
+        let ms = time_to(args.target, &curve);
+        match ms {
+            Some(ms) => println!("RMSE {} by {name}: {ms:.2} ms", args.target),
+            None => println!("RMSE {} by {name}: not between the numbers of rays", args.target),
+        }
+        json!({"name": name, "ms_to_target": ms, "points": own.iter().map(|point| of_point(point)).collect::<Vec<_>>()})
+    };
+    let estimates: Vec<Value> = names.into_iter().map(of_name).collect();
+    json!({
+        "scene": surface.model.name,
+        "triangles": surface.model.triangles.len(),
+        "receiver_set": args.receivers.to_string(),
+        "receivers": surface.hemispheres.len(),
+        "max_distance": surface.interval[1],
+        "reference_rays": args.reference,
+        "target_rmse": args.target,
+        "estimates": estimates,
+    })
+}
+
+/// One number of rays.
+fn of_point(point: &Point) -> Value {
+    let all = |part: fn(&Times) -> f64| point.times.iter().map(part).collect::<Vec<f64>>();
+    json!({
+        "rays": point.rays,
+        "ms": {"build": all(|times| times.build), "trace": all(|times| times.trace)},
+        "median_ms": point.ms(),
+        "rmse": point.error,
+    })
+}
+
+/// The time at which the error first falls to a target, on a curve of times and errors by ascending numbers of rays.
+/// Nothing, where it is lower from the beginning on or never gets there.
+fn time_to(target: f64, curve: &[(f64, f64)]) -> Option<f64> {
+    let steps = curve.windows(2).map(|pair| (pair[0], pair[1]));
+    let mut across = steps.filter(|(before, after)| before.1 > target && after.1 <= target);
+    across.next().map(|((ms_before, error_before), (ms_after, error_after))| {
+        let share = (error_before / target).ln() / (error_before / error_after).ln();
+        ms_before * (ms_after / ms_before).powf(share)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_lie_on_lines_of_logarithms() {
+        let curve = [(1.0, 0.16), (4.0, 0.08), (16.0, 0.01)];
+        let near = |time: Option<f64>, ms: f64| time.is_some_and(|time| (time / ms - 1.0).abs() < 1e-9);
+        assert!(near(time_to(0.08, &curve), 4.0));
+        assert!(near(time_to(0.04, &curve), 4.0_f64.powf(4.0 / 3.0)));
+        assert_eq!((time_to(0.2, &curve), time_to(0.001, &curve)), (None, None));
+    }
+}
