@@ -31,7 +31,7 @@ const RAYS_PER_CALL: u64 = 1 << 26;
 /// The fewest receivers of a piece.
 const LEAST_RECEIVERS: u64 = 1 << 12;
 /// Bytes that the engine takes for each receiver.
-const ENGINE_BYTES: u64 = 24;
+const ENGINE_BYTES: u64 = 64;
 /// Bytes of a traced ray.
 const RAY_BYTES: u64 = size_of::<TracedRay>() as u64;
 

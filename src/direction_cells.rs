@@ -1,7 +1,6 @@
 //! The pencil of one direction: packets of receivers and triangles, divided together into the cells of a grid across it.
 //!
-//! Places are (x_i + x_k·s_i, x_j + x_k·s_j) with k the axis of the largest component of the direction d and s = −(d_i, d_j)/d_k; t = ±x_k
-//! grows along the rays. All count from the middle of the scene, in f32, and are rounded outward by [`SLACK`] of the scene's size.
+//! Places, t and cells are those of [`crate::cell_grid`].
 //!
 //! 1. Packets go to all cells that they cover; a cell knows the least t of its rays.
 //! 2. So do triangles, unless they lie behind all rays of a cell. Large ones come first: they end most rays.
@@ -15,25 +14,18 @@
 
 use std::mem::size_of;
 
-use fearless_simd::{prelude::*, u32x8};
+use fearless_simd::prelude::*;
 use glam::DVec3;
 
+use crate::Stats;
+use crate::cell_grid::{Across, Grid, each_cell};
 use crate::cell_leaf::{Cell, CellQuery, PACKETS};
 use crate::gather;
 use crate::hierarchical_z::least_of;
 use crate::lanes::{LANES, Narrow, NarrowMask, bits};
 use crate::packet_set::PacketSet;
-use crate::pencil::Origin;
-use crate::piercings::Plane;
 use crate::runs::Runs;
-use crate::{Aabb, Stats};
 
-/// Places and t err by less than this part of the scene's size: a few roundings in f32.
-const SLACK: f32 = 1.0 / (1 << 20) as f32;
-/// Packets per cell.
-const PER_CELL: f32 = 32.0;
-/// The most cells along a side.
-const MOST_CELLS: f32 = 512.0;
 /// Triangles that cover more cells than these two more in a row are large.
 const LARGE: u16 = 1;
 
@@ -87,106 +79,6 @@ impl CellScratch {
             + self.cells.capacity() * size_of::<CellLists>()
             + (self.packet_lists.capacity() + self.triangle_lists.capacity()) * size_of::<u32>()
             + size_of::<Cell>()
-    }
-}
-
-/// A direction across which places are measured, in f32.
-#[derive(Debug, Clone, Copy)]
-struct Across {
-    /// k, i and j.
-    axes: [usize; 3],
-    slopes: [f32; 2],
-    /// The sign of d_k.
-    turn: f32,
-    middle: [f32; 3],
-    /// What is added on both sides of places, and of t.
-    slack: f32,
-}
-
-impl Across {
-    fn new(direction: DVec3, bounds: &Aabb) -> Self {
-        let plane = Plane::of(Origin::Infinity(direction), direction);
-        let [ahead, right, up] = plane.axes();
-        let axis = |v: DVec3| {
-            if v.x != 0.0 {
-                0
-            } else if v.y != 0.0 {
-                1
-            } else {
-                2
-            }
-        };
-        let axes = [ahead, right, up].map(axis);
-        let [k, i, j] = axes;
-        let middle = bounds.centre().map(|x| x as f32);
-        let [x, y, z] = bounds.extent();
-        // Numbers below the range of f32 count as well.
-        let slack = x.max(y).max(z) as f32 * SLACK + f32::MIN_POSITIVE;
-        let turn = if direction[k] < 0.0 { -1.0 } else { 1.0 };
-        let slopes = [i, j].map(|across| (-direction[across] / direction[k]) as f32);
-        Self { axes, slopes, turn, middle, slack }
-    }
-
-    /// Places and t of points, given coordinate by coordinate.
-    #[inline(always)]
-    fn see<S: Simd>(&self, points: [Narrow<S>; 3]) -> [Narrow<S>; 3] {
-        let [k, i, j] = self.axes;
-        let depth = points[k] - self.middle[k];
-        let u = (points[i] - self.middle[i]) + depth * self.slopes[0];
-        let v = (points[j] - self.middle[j]) + depth * self.slopes[1];
-        [u, v, depth * self.turn]
-    }
-}
-
-/// The grid over what the packets cover.
-#[derive(Debug, Clone, Copy)]
-struct Grid {
-    lo: [f32; 2],
-    per_unit: [f32; 2],
-    cells: [usize; 2],
-}
-
-impl Grid {
-    /// Cells over a rectangle for some packets.
-    fn over([u0, v0, u1, v1]: [f32; 4], packets: usize) -> Self {
-        let (width, height) = ((u1 - u0).max(f32::MIN_POSITIVE), (v1 - v0).max(f32::MIN_POSITIVE));
-        let cells = (packets as f32 / PER_CELL).max(1.0);
-        let across = (cells * width / height).sqrt().clamp(1.0, MOST_CELLS).min(cells);
-        let along = (cells / across).clamp(1.0, MOST_CELLS);
-        // In range: at most MOST_CELLS.
-        let cells = [across as usize, along as usize];
-        let per_unit = [cells[0] as f32 / width, cells[1] as f32 / height];
-        Self { lo: [u0, v0], per_unit: per_unit.map(|x| if x.is_finite() { x } else { 0.0 }), cells }
-    }
-
-    /// The cells at eight places on an axis.
-    #[inline(always)]
-    fn cells_at<S: Simd>(&self, simd: S, places: Narrow<S>, axis: usize) -> [u32; LANES] {
-        // In range: at most MOST_CELLS.
-        let last = Narrow::simd_from(simd, (self.cells[axis] - 1) as f32);
-        let cell = ((places - self.lo[axis]) * self.per_unit[axis]).max(0.0).min(last);
-        u32x8::truncate_from(cell).to_array()
-    }
-
-    /// The cells that a rectangle covers: first and last column and row.
-    #[inline(always)]
-    fn covered(&self, sides: &[f32; 4]) -> [u16; 4] {
-        // In range: at most MOST_CELLS.
-        let last = self.cells.map(|cells| cells as u16 - 1);
-        // The conversion saturates.
-        let cell = |x: f32, axis: usize| (((x - self.lo[axis]) * self.per_unit[axis]) as u16).min(last[axis]);
-        [cell(sides[0], 0), cell(sides[1], 1), cell(sides[2], 0), cell(sides[3], 1)]
-    }
-}
-
-/// Calls a function with each cell of some columns and rows.
-#[inline(always)]
-fn each_cell(grid: &Grid, cells: [u16; 4], mut visit: impl FnMut(usize)) {
-    let [x0, y0, x1, y1] = cells.map(usize::from);
-    for y in y0..=y1 {
-        for x in x0..=x1 {
-            visit(y * grid.cells[0] + x);
-        }
     }
 }
 

@@ -73,6 +73,18 @@ impl<S: Simd> Points<S> {
         Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
     }
 
+    /// |x|, |y| and |z|.
+    #[inline(always)]
+    pub(crate) fn magnitudes(self) -> Self {
+        Self { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
+    }
+
+    /// x + y + z.
+    #[inline(always)]
+    pub(crate) fn sum(self) -> Lanes<S> {
+        self.x + self.y + self.z
+    }
+
     /// The dot product with one point.
     #[inline(always)]
     pub(crate) fn dot(self, p: DVec3) -> Lanes<S> {

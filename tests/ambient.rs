@@ -111,7 +111,11 @@ fn hemisphere(random: &mut Random, kind: Kind, mesh: &Mesh) -> Hemisphere {
     if random.once_in(2) {
         let [a, b] = [random.unit().abs(), random.unit().abs()];
         let [a, b] = if a + b > 1.0 { [1.0 - a, 1.0 - b] } else { [a, b] };
-        let point = mesh.geometry().leave(id, [a, b, 1.0 - a - b], side);
+        let point = if random.once_in(8) {
+            generators::eye(random, kind, mesh).to_array().map(|x| x as f32)
+        } else {
+            mesh.geometry().leave(id, [a, b, 1.0 - a - b], side)
+        };
         return Hemisphere { receiver: Receiver { point, triangle: id }, above: Above::Side(side) };
     }
     let point = if random.once_in(2) {
