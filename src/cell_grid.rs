@@ -16,8 +16,10 @@ use crate::piercings::Plane;
 
 /// Places and t err by less than this part of the scene's size: a few roundings in f32.
 const SLACK: f32 = 1.0 / (1 << 20) as f32;
-/// Packets per cell.
+/// Packets per cell; fewer, but not below the second number, where there are more triangles than the third for a cell.
 const PER_CELL: f32 = 32.0;
+const FEWEST: f32 = 4.0;
+const TRIANGLES_PER_CELL: f32 = 128.0;
 /// The most cells along a side.
 const MOST_CELLS: f32 = 512.0;
 
@@ -78,10 +80,11 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// Cells over a rectangle for some packets.
-    pub(crate) fn over([u0, v0, u1, v1]: [f32; 4], packets: usize) -> Self {
+    /// Cells over a rectangle for some packets, and some triangles at most.
+    pub(crate) fn over([u0, v0, u1, v1]: [f32; 4], packets: usize, triangles: usize) -> Self {
         let (width, height) = ((u1 - u0).max(f32::MIN_POSITIVE), (v1 - v0).max(f32::MIN_POSITIVE));
-        let cells = (packets as f32 / PER_CELL).max(1.0);
+        let (packets, triangles) = (packets as f32, triangles as f32);
+        let cells = (packets / PER_CELL).max((packets / FEWEST).min(triangles / TRIANGLES_PER_CELL)).max(1.0);
         let across = (cells * width / height).sqrt().clamp(1.0, MOST_CELLS).min(cells);
         let along = (cells / across).clamp(1.0, MOST_CELLS);
         // In range: at most MOST_CELLS.

@@ -95,7 +95,7 @@ pub(crate) fn close_rays_along<S: Simd>(
     let Some((sides, least)) = cover_packets(simd, &across, (set, slot), scratch) else {
         return stats;
     };
-    let grid = Grid::over(sides, scratch.packets.len());
+    let grid = Grid::over(sides, scratch.packets.len(), query.triangles.len());
     list_packets(&grid, scratch);
     cover_triangles(simd, &across, query, runs, (&grid, sides, least), scratch);
     // Here t counts along the axis; the slack of the reach pays for rounding the product.

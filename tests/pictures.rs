@@ -86,23 +86,7 @@ fn formula(camera: &Camera, pixel: usize) -> Option<(DVec3, DVec3)> {
             let around = lambda.cos() * f + lambda.sin() * r;
             (camera.eye, phi.cos() * around + phi.sin() * u)
         }
-        Lens::Cube => (camera.eye, cube_formula(camera.width, pixel)),
-    })
-}
-
-/// The table of OpenGL, Direct3D, Vulkan and KTX, in world axes.
-fn cube_formula(side: u32, pixel: usize) -> DVec3 {
-    let n = side as usize;
-    let (face, i, j) = (pixel / (n * n), pixel % n, pixel / n % n);
-    let at = |k: usize| 2.0 * (k as f64 + 0.5) / n as f64 - 1.0;
-    let (s, t) = (at(i), at(j));
-    DVec3::from_array(match face {
-        0 => [1.0, -t, -s],
-        1 => [-1.0, -t, s],
-        2 => [s, 1.0, t],
-        3 => [s, -1.0, -t],
-        4 => [s, -t, 1.0],
-        _ => [-s, -t, -1.0],
+        Lens::Cube => (camera.eye, support::cube_direction(camera.width as usize, pixel)),
     })
 }
 
@@ -167,8 +151,8 @@ fn faces_of_a_cube() {
     for (face, [m, s, t]) in CUBE_FACES.into_iter().enumerate() {
         assert_eq!(s.cross(t), -m, "face {face}: texels as seen from inside are not mirrored");
         // One texel per face looks along its axis.
-        assert_eq!(cube_formula(1, face), m);
-        assert_eq!(cube_formula(2, 4 * face + 1) - m, 0.5 * (s - t));
+        assert_eq!(support::cube_direction(1, face), m);
+        assert_eq!(support::cube_direction(2, 4 * face + 1) - m, 0.5 * (s - t));
     }
 }
 

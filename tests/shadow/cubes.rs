@@ -11,26 +11,11 @@ use umbel::{
 use crate::BOX;
 use crate::generators::Mesh;
 use crate::generators::meshes::{cube, sphere, star};
-use crate::support::Place;
+use crate::support::{Place, cube_direction};
 
 /// The box's corners.
 const LO: DVec3 = DVec3::new(-1.0, -2.0, -3.0);
 const HI: DVec3 = DVec3::new(4.0, 5.0, 6.0);
-
-/// The direction of a texel: the table of OpenGL, Direct3D, Vulkan and KTX, written out once more.
-pub(crate) fn direction(size: usize, texel: usize) -> DVec3 {
-    let (face, i, j) = (texel / (size * size), texel % size, texel / size % size);
-    let at = |k: usize| 2.0 * (k as f64 + 0.5) / size as f64 - 1.0;
-    let (s, t) = (at(i), at(j));
-    DVec3::from_array(match face {
-        0 => [1.0, -t, -s],
-        1 => [-1.0, -t, s],
-        2 => [s, 1.0, t],
-        3 => [s, -1.0, -t],
-        4 => [s, -t, 1.0],
-        _ => [-s, -t, -1.0],
-    })
-}
 
 /// The distance from inside the box to its walls.
 fn distance_in_box(light: DVec3, direction: DVec3) -> f64 {
@@ -52,7 +37,7 @@ fn a_box_around_the_light() {
         let array = place.npy("a.npy");
         assert_eq!(array.shape, [6, size, size]);
         for (texel, distance) in array.f32().into_iter().enumerate() {
-            let expected = distance_in_box(light.into(), direction(size, texel));
+            let expected = distance_in_box(light.into(), cube_direction(size, texel));
             let error = (f64::from(distance) - expected).abs();
             assert!(error <= 1.3e-7 * expected, "{texel}: {distance} for {expected}");
         }
@@ -68,7 +53,7 @@ fn matrices_take_texels_to_directions() {
         let [x, y] = [i, j].map(|k| (2 * k + 1) as f64 / size as f64 - 1.0);
         let matrix = face_matrices()[face];
         let by_matrix = DVec3::from_array(matrix.map(|[a, b, c]| a * x + b * y + c));
-        let error = |d: DVec3| (d - direction(size, texel)).abs().max_element();
+        let error = |d: DVec3| (d - cube_direction(size, texel)).abs().max_element();
         assert!(error(by_matrix) < 1e-15 && error(pencil.ray(texel).direction) < 1e-15);
     }
 }
@@ -152,7 +137,7 @@ fn lights_in_awkward_places() {
     // On a wall, an edge, a vertex: that wall is not seen, those across are, and no ray gets lost between them.
     for light in [DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::ONE, DVec3::new(1.0, 0.5, 0.25)] {
         for (texel, distance) in cube_of(light).into_iter().enumerate() {
-            let d = direction(9, texel);
+            let d = cube_direction(9, texel);
             // Along the wall as well: ties move d by (ε, ε², ε³), which is outward.
             let leaves = (0..3).any(|k| light[k] == 1.0 && d[k] >= 0.0);
             assert!(leaves || distance.is_finite() && distance > 0.0, "{light:?} {d:?} {distance}");

@@ -3,8 +3,7 @@
 use ktx2::{ColorModel, Format, Reader, TransferFunction};
 use umbel::{Samples, read_exr, read_png_rgb8, write_ktx2_cube};
 
-use crate::cubes::direction;
-use crate::support::Place;
+use crate::support::{Place, cube_direction};
 use crate::{BOX, FLOOR};
 
 const LIGHT: &str = "--light 0.5,1.25,-1";
@@ -97,7 +96,7 @@ fn a_cross_of_faces_for_looking() {
     let mut cross = [[None; 20]; 15];
     for k in 0..150 {
         let (face, i, j) = (k / 25, k % 5, k / 5 % 5);
-        cross[cells[face].1 * 5 + j][cells[face].0 * 5 + i] = Some(direction(5, k).normalize());
+        cross[cells[face].1 * 5 + j][cells[face].0 * 5 + i] = Some(cube_direction(5, k).normalize());
     }
     let (mut pairs, across) = (0, [(0, 1), (1, 0)]);
     for (y, x, (down, right)) in (0..14).flat_map(|y| (0..19).flat_map(move |x| across.map(|a| (y, x, a)))) {

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use tempfile::TempDir;
+use umbel::glam::DVec3;
 
 /// A finished run of the command.
 pub(crate) struct Run {
@@ -140,4 +141,19 @@ impl Random {
 /// The option that sets the size of a picture: a cube has its own.
 pub(crate) fn size_option(lens: &str, size: &str, cube_size: u32) -> String {
     if lens == "cube" { format!("--cube-size {cube_size}") } else { format!("--size {size}") }
+}
+
+/// The direction of a pixel of a cube camera: the table of OpenGL, Direct3D, Vulkan and KTX, in world axes.
+pub(crate) fn cube_direction(size: usize, pixel: usize) -> DVec3 {
+    let (face, i, j) = (pixel / (size * size), pixel % size, pixel / size % size);
+    let at = |k: usize| 2.0 * (k as f64 + 0.5) / size as f64 - 1.0;
+    let (s, t) = (at(i), at(j));
+    DVec3::from_array(match face {
+        0 => [1.0, -t, -s],
+        1 => [-1.0, -t, s],
+        2 => [s, 1.0, t],
+        3 => [s, -1.0, -t],
+        4 => [s, -t, 1.0],
+        _ => [-s, -t, -1.0],
+    })
 }
