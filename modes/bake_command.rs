@@ -20,6 +20,11 @@ use crate::report::{Report, Times, timed};
 /// The most bytes that a piece takes where the user sets no limit.
 const PIECE_BYTES: u64 = 1 << 30;
 
+/// Bytes that the engine takes for each triangle: its corners in order, and what it covers, per thread.
+fn triangle_bytes() -> u64 {
+    42 + 48 * rayon::current_num_threads() as u64
+}
+
 /// Memory that is needed, and how it is used.
 struct Plan {
     /// Units at once.
@@ -100,7 +105,9 @@ fn plan(
     let extent = Extent::new(args, scene);
     let traced =
         if args.dump_rays.is_some() { bake.directions() * 2 * size_of::<TracedRay>() as u64 } else { 0 };
-    let fixed = extent.bytes + extent.units * extent.per_unit * traced + occluders.copied_bytes();
+    // What every mode takes for a triangle is counted where the limit is checked.
+    let triangles = (triangle_bytes() - 6) * scene.triangles.len() as u64;
+    let fixed = extent.bytes + extent.units * extent.per_unit * traced + occluders.copied_bytes() + triangles;
     let limit = common.max_memory.or_else(available_bytes).unwrap_or(u64::MAX);
     let left = limit.saturating_sub(fixed + 6 * scene.triangles.len() as u64);
     let left = if common.max_memory.is_some() { left } else { left.min(PIECE_BYTES) };
@@ -116,7 +123,7 @@ fn plan(
 pub(crate) fn vertices_forecast(scene: &Scene) -> Result<u64, Error> {
     let (bake, extent) = (Bake::new(BakeOptions::default())?, Extent::of_vertices(scene));
     let piece = extent.piece(&bake, PIECE_BYTES) * bake.receiver_bytes();
-    Ok(extent.bytes + piece + 6 * scene.triangles.len() as u64)
+    Ok(extent.bytes + piece + triangle_bytes() * scene.triangles.len() as u64)
 }
 
 /// Says what is odd about texture coordinates.

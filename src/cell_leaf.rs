@@ -10,7 +10,7 @@ use fearless_simd::{prelude::*, u32x8};
 use glam::DVec3;
 
 use crate::film::Sampling;
-use crate::gather;
+use crate::gather::{self, EightCorners};
 use crate::hierarchical_z::TILE_SIDE;
 use crate::lanes::{LANES, Lanes, Narrow, NarrowMask, bits, narrow, widen};
 use crate::packet_bounds::Bounds;
@@ -31,6 +31,8 @@ const LEAST_WIDTH: f64 = 1.0 / (1 << 20) as f64;
 #[derive(Clone, Copy)]
 pub(crate) struct CellQuery<'a> {
     pub(crate) triangles: &'a Triangles<'a>,
+    /// Their corners, in the order of the runs.
+    pub(crate) corners: &'a [EightCorners],
     pub(crate) occlusion: &'a Occlusion<'a>,
     pub(crate) sample: RaySample,
     /// Its direction over a power of two, so that the greatest component lies in [1, 2).

@@ -20,11 +20,10 @@ use glam::DVec3;
 use crate::Stats;
 use crate::cell_grid::{Across, Grid, each_cell};
 use crate::cell_leaf::{Cell, CellQuery, PACKETS};
-use crate::gather;
 use crate::hierarchical_z::least_of;
 use crate::lanes::{LANES, Narrow, NarrowMask, bits};
 use crate::packet_set::PacketSet;
-use crate::runs::Runs;
+use crate::runs::{RUN, Runs};
 
 /// Triangles that cover more cells than these two more in a row are large.
 const LARGE: u16 = 1;
@@ -210,53 +209,56 @@ fn cover_triangles<S: Simd>(
     scratch: &mut CellScratch,
 ) {
     scratch.triangles.clear();
-    for run in 0..query.triangles.len().div_ceil(crate::runs::RUN) {
-        let (ids, count) = runs.ids(run);
-        for (eight, ids) in ids.as_chunks::<LANES>().0.iter().enumerate() {
-            let here = LANES.min(count.saturating_sub(eight * LANES));
-            if here == 0 {
-                continue;
-            }
-            let [a, b, c] = gather::narrow_corners(simd, query.triangles, ids);
-            let (a, b, c) = (across.see(a), across.see(b), across.see(c));
-            let [lo_u, lo_v, lo_t] =
-                [a[0].min(b[0]).min(c[0]), a[1].min(b[1]).min(c[1]), a[2].min(b[2]).min(c[2])];
-            let [hi_u, hi_v, hi_t] =
-                [a[0].max(b[0]).max(c[0]), a[1].max(b[1]).max(c[1]), a[2].max(b[2]).max(c[2])];
-            let (lo_u, lo_v, lo_t) = (lo_u - across.slack, lo_v - across.slack, lo_t - across.slack);
-            let (hi_u, hi_v, hi_t) = (hi_u + across.slack, hi_v + across.slack, hi_t + across.slack);
-            let kept = lo_u.simd_le(u1)
-                & hi_u.simd_ge(u0)
-                & lo_v.simd_le(v1)
-                & hi_v.simd_ge(v0)
-                & hi_t.simd_ge(least);
-            let kept = kept.to_bitmask() & ((1 << here) - 1);
-            if kept == 0 {
-                continue;
-            }
-            let parts = [
-                lo_u.to_array(),
-                lo_v.to_array(),
-                hi_u.to_array(),
-                hi_v.to_array(),
-                lo_t.to_array(),
-                hi_t.to_array(),
-            ];
-            let cells = [
-                grid.cells_at(simd, lo_u, 0),
-                grid.cells_at(simd, lo_v, 1),
-                grid.cells_at(simd, hi_u, 0),
-                grid.cells_at(simd, hi_v, 1),
-            ];
-            for lane in bits(kept) {
-                let [u0, v0, u1, v1, near, far] = parts.map(|part| part[lane % LANES]);
-                let sides = [u0, v0, u1, v1];
-                // In range: fewer than 2¹⁶ cells.
-                let (cells, id) = (cells.map(|cells| cells[lane % LANES] as u16), ids[lane % LANES]);
-                scratch.triangles.push(Cover { sides, ts: [near, far], cells, id });
-            }
+    for (group, corners) in query.corners.iter().enumerate() {
+        let first = group * LANES;
+        let here = LANES.min(query.triangles.len() - first);
+        let [a, b, c] = corners;
+        let (a, b, c) = (seen(simd, across, a), seen(simd, across, b), seen(simd, across, c));
+        let [lo_u, lo_v, lo_t] =
+            [a[0].min(b[0]).min(c[0]), a[1].min(b[1]).min(c[1]), a[2].min(b[2]).min(c[2])];
+        let [hi_u, hi_v, hi_t] =
+            [a[0].max(b[0]).max(c[0]), a[1].max(b[1]).max(c[1]), a[2].max(b[2]).max(c[2])];
+        let (lo_u, lo_v, lo_t) = (lo_u - across.slack, lo_v - across.slack, lo_t - across.slack);
+        let (hi_u, hi_v, hi_t) = (hi_u + across.slack, hi_v + across.slack, hi_t + across.slack);
+        let kept =
+            lo_u.simd_le(u1) & hi_u.simd_ge(u0) & lo_v.simd_le(v1) & hi_v.simd_ge(v0) & hi_t.simd_ge(least);
+        let kept = kept.to_bitmask() & ((1 << here) - 1);
+        if kept == 0 {
+            continue;
+        }
+        let parts = [
+            lo_u.to_array(),
+            lo_v.to_array(),
+            hi_u.to_array(),
+            hi_v.to_array(),
+            lo_t.to_array(),
+            hi_t.to_array(),
+        ];
+        let cells = [
+            grid.cells_at(simd, lo_u, 0),
+            grid.cells_at(simd, lo_v, 1),
+            grid.cells_at(simd, hi_u, 0),
+            grid.cells_at(simd, hi_v, 1),
+        ];
+        for lane in bits(kept) {
+            let [u0, v0, u1, v1, near, far] = parts.map(|part| part[lane % LANES]);
+            let sides = [u0, v0, u1, v1];
+            // In range: fewer than 2¹⁶ cells.
+            let (cells, id) =
+                (cells.map(|cells| cells[lane % LANES] as u16), runs.id(first / RUN, first % RUN + lane));
+            scratch.triangles.push(Cover { sides, ts: [near, far], cells, id });
         }
     }
+}
+
+/// Places and t of points.
+#[inline(always)]
+fn seen<S: Simd>(simd: S, across: &Across, [x, y, z]: &[[f32; LANES]; 3]) -> [Narrow<S>; 3] {
+    across.see([
+        Narrow::load_array_ref(simd, x),
+        Narrow::load_array_ref(simd, y),
+        Narrow::load_array_ref(simd, z),
+    ])
 }
 
 /// The triangles of each cell, large ones first.

@@ -25,21 +25,22 @@ pub(crate) fn corners<S: Simd>(simd: S, triangles: &Triangles<'_>, ids: &[u32; L
 }
 
 /// The corners a, b and c of eight triangles, as x, y and z in f32.
+pub(crate) type EightCorners = [[[f32; LANES]; 3]; 3];
+
+/// The corners of eight triangles, to be read often.
 #[inline(always)]
-pub(crate) fn narrow_corners<S: Simd>(
-    simd: S,
-    triangles: &Triangles<'_>,
-    ids: &[u32; LANES],
-) -> [[Narrow<S>; 3]; 3] {
+pub(crate) fn eight_corners<S: Simd>(simd: S, triangles: &Triangles<'_>, ids: &[u32; LANES]) -> EightCorners {
     let mut vertices = [[0; 3]; LANES];
     for (vertices, &id) in vertices.iter_mut().zip(ids) {
         *vertices = triangles.vertices(id);
     }
-    [
-        positions(simd, triangles, &vertices, 0),
-        positions(simd, triangles, &vertices, 1),
-        positions(simd, triangles, &vertices, 2),
-    ]
+    let mut read = [[[0.0; LANES]; 3]; 3];
+    for (k, corner) in read.iter_mut().enumerate() {
+        for (stored, x) in corner.iter_mut().zip(positions(simd, triangles, &vertices, k)) {
+            x.store_slice(stored);
+        }
+    }
+    read
 }
 
 /// x, y and z of eight points.

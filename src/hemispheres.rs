@@ -22,13 +22,15 @@ use rayon::prelude::*;
 
 use crate::cell_leaf::CellQuery;
 use crate::direction_cells::{CellScratch, close_rays_along};
+use crate::gather::{EightCorners, eight_corners};
 use crate::hemisphere::{Grouping, Occlusion, OpenRays, RaySample};
+use crate::lanes::LANES;
 use crate::order::{along_curve, bytes_for};
 use crate::packet_pencils::{PacketQuery, close_rays};
 use crate::packet_set::PacketSet;
 use crate::point_order::PointGrid;
 use crate::receiver_cluster::{Horizons, PACKETS, RECEIVERS, ReceiverCluster};
-use crate::runs::Runs;
+use crate::runs::{RUN, Runs};
 use crate::sample_directions::{SAMPLES, SampleDirections};
 use crate::{Aabb, Accuracy, Stats, Triangles};
 
@@ -62,13 +64,15 @@ pub(crate) fn open_rays(
     let open: Vec<AtomicU32> = (0..receivers * words).map(|_| AtomicU32::new(0)).collect();
     let clusters = order.par_chunks(RECEIVERS).map(|ids| ReceiverCluster::new(occlusion, ids));
     let set = PacketSet::new(clusters.collect(), samples.len());
+    let corners =
+        if occlusion.grouping == Grouping::Origin { Vec::new() } else { corners_of(triangles, runs, level) };
     let (mut stats, mut bytes) = (Stats::default(), 0);
     for (number, samples) in samples.chunks(SAMPLES).enumerate() {
         let directions = &SampleDirections::new(samples);
         let query = HemisphereQuery { triangles, occlusion, directions, runs, accuracy, level };
         stats = stats.plus(query.open_above(&set));
         if occlusion.grouping != Grouping::Origin {
-            let of_directions = query.by_direction(&set);
+            let of_directions = query.by_direction(&set, &corners);
             bytes = bytes.max(of_directions.engine_bytes);
             stats = stats.plus(Stats { engine_bytes: 0, ..of_directions });
         }
@@ -78,10 +82,25 @@ pub(crate) fn open_rays(
         });
     }
     let threads = rayon::current_num_threads() * size_of::<Horizons>();
-    let ordered = order.capacity() * size_of::<u32>() + set.bytes();
+    let ordered =
+        order.capacity() * size_of::<u32>() + set.bytes() + corners.capacity() * size_of::<EightCorners>();
     let bytes = runs.bytes() + threads + ordered + bytes as usize;
     stats.engine_bytes = bytes.max(runs.ordering_bytes()).max(runs.bytes() + bytes_for(receivers)) as u64;
     (open.into_iter().map(AtomicU32::into_inner).collect(), stats)
+}
+
+/// The corners of all triangles in the order of the runs: directions read them one after the other.
+fn corners_of(triangles: &Triangles<'_>, runs: &Runs, level: Level) -> Vec<EightCorners> {
+    let of_group = |group: usize| {
+        let first = group * LANES;
+        let last = LANES.min(triangles.len() - first) - 1;
+        let mut ids = [0; LANES];
+        for (lane, id) in ids.iter_mut().enumerate() {
+            *id = runs.id(first / RUN, first % RUN + lane.min(last));
+        }
+        dispatch!(level, simd => eight_corners(simd, triangles, &ids))
+    };
+    (0..triangles.len().div_ceil(LANES)).into_par_iter().with_min_len(64).map(of_group).collect()
 }
 
 /// Whether places and distances are in the range of f32 with room to spare, for all triangles and receivers.
@@ -129,7 +148,7 @@ impl HemisphereQuery<'_> {
     }
 
     /// Closes the rays that something occludes, direction by direction.
-    fn by_direction(self, set: &PacketSet) -> Stats {
+    fn by_direction(self, set: &PacketSet, corners: &[EightCorners]) -> Stats {
         let Self { triangles, occlusion, directions, runs, accuracy, level } = self;
         let (bytes, bounds) = (AtomicUsize::new(0), runs.bounds().union(set.bounds));
         let along = |scratch: &mut CellScratch, slot: usize| {
@@ -140,7 +159,8 @@ impl HemisphereQuery<'_> {
             let slack = x.max(y).max(z) * REACH_SLACK;
             let reach = [t_max * (1.0 - REACH_SLACK) - slack, t_max * (1.0 + REACH_SLACK) + slack];
             let reach = reach.map(|reach| reach as f32);
-            let query = CellQuery { triangles, occlusion, sample, direction, bounds, accuracy, reach };
+            let query =
+                CellQuery { triangles, corners, occlusion, sample, direction, bounds, accuracy, reach };
             let place = (runs, set, slot);
             let stats = dispatch!(level, simd => close_rays_along(simd, &query, place, scratch));
             bytes.fetch_max(scratch.bytes(), Ordering::Relaxed);

@@ -104,7 +104,7 @@ pub(crate) fn run_shadowed(
 /// Finds which rays of receivers are open: for ambient occlusion, with no bias. See [`Occlusion`].
 ///
 /// Receivers may come in any order. Time about O(p log p + k(n + p)) for n triangles, p receivers and k shared samples. Memory
-/// beside the answer: about 60 bytes per receiver, and per thread 48 bytes for each triangle that may matter, see
+/// beside the answer: about 60 bytes per receiver, 36 per triangle, and per thread 48 for each triangle that may matter, see
 /// [`Stats::engine_bytes`]. Rays that receivers do not share take the general path, which is slow.
 ///
 /// # Errors

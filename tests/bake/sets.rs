@@ -72,7 +72,7 @@ fn files_do_not_depend_on_threads_or_memory() {
         let line = format!("bake builtin:umbel:9000 --vertices --rays 4 --set {set} --max-distance 5% -o");
         place.quiet_run(&format!("{line} a.npy --bent ab.npy --threads 1"));
         place
-            .quiet_run(&format!("{line} b.npy --bent bb.npy --threads 3 --max-memory 2150k --report r.json"));
+            .quiet_run(&format!("{line} b.npy --bent bb.npy --threads 3 --max-memory 3770k --report r.json"));
         assert_eq!(place.bytes("a.npy"), place.bytes("b.npy"), "{set}");
         assert_eq!(place.bytes("ab.npy"), place.bytes("bb.npy"), "{set}");
         let report = place.json("r.json");
