@@ -10,6 +10,7 @@ use fearless_simd::{prelude::*, u32x8};
 use glam::DVec3;
 
 use crate::Aabb;
+use crate::cell_leaf::axis_of;
 use crate::lanes::{LANES, Narrow};
 use crate::pencil::Origin;
 use crate::piercings::Plane;
@@ -40,16 +41,7 @@ impl Across {
     pub(crate) fn new(direction: DVec3, bounds: &Aabb) -> Self {
         let plane = Plane::of(Origin::Infinity(direction), direction);
         let [ahead, right, up] = plane.axes();
-        let axis = |v: DVec3| {
-            if v.x != 0.0 {
-                0
-            } else if v.y != 0.0 {
-                1
-            } else {
-                2
-            }
-        };
-        let axes = [ahead, right, up].map(axis);
+        let axes = [ahead, right, up].map(axis_of);
         let [k, i, j] = axes;
         let middle = bounds.centre().map(|x| x as f32);
         let [x, y, z] = bounds.extent();

@@ -284,7 +284,7 @@ impl Cell {
 }
 
 /// The number of an axis.
-fn axis_of(axis: DVec3) -> usize {
+pub(crate) fn axis_of(axis: DVec3) -> usize {
     if axis.x != 0.0 {
         0
     } else if axis.y != 0.0 {

@@ -53,17 +53,6 @@ pub(crate) fn transposed_points<S: Simd>(simd: S, points: &[[f32; 3]; LANES]) ->
     eight_transposed(read)
 }
 
-/// x, y and z of at most eight points; the last one is repeated.
-#[inline(always)]
-pub(crate) fn narrow_points<S: Simd>(simd: S, receivers: &[Receiver]) -> [Narrow<S>; 3] {
-    let mut read = [f32x4::simd_from(simd, 0.0); LANES];
-    for (lane, read) in read.iter_mut().enumerate() {
-        let [x, y, z] = receivers[lane.min(receivers.len() - 1)].point;
-        *read = f32x4::load_array(simd, [x, y, z, 0.0]);
-    }
-    eight_transposed(read)
-}
-
 /// At most eight points by their places; the last one is repeated.
 #[inline(always)]
 pub(crate) fn points_of<S: Simd>(simd: S, receivers: &[Receiver], ids: &[u32]) -> Points<S> {

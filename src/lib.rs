@@ -42,6 +42,7 @@ mod light_order;
 mod options;
 mod order;
 mod packet_bounds;
+mod packet_edges;
 mod packet_pencils;
 mod packet_set;
 mod packets;

@@ -10,9 +10,6 @@
 //! 2. A triangle that does not rise above the surface of any of the eight receivers is dropped for all directions, see
 //!    [`crate::horizon_planes`]: on convex surfaces, that is the whole neighbourhood.
 //!
-//! **Filter.** With |d_k| ≤ 1, n divided by its error E = 8u₃₂·Σ|n_k| + 24u·(|A| + |B|)·|b − a| leaves doubt within ±1 only: n, d and their
-//! products and sums round five times.
-//!
 //! Based on: Ingo Wald et al., "Interactive Rendering with Coherent Ray Tracing", 2001 (packets); Alexander Reshetov, Alexei
 //! Soupikov, Jim Hurley, "Multi-Level Ray Tracing Algorithm", 2005 (one bound for many rays).
 
@@ -25,7 +22,8 @@ use crate::gather;
 use crate::hemisphere::Occlusion;
 use crate::hits::NO_TRIANGLE;
 use crate::horizon_planes::Planes;
-use crate::lanes::{Boxes, LANES, LaneMask, Lanes, Narrow, NarrowMask, Points, bits, narrow, widen};
+use crate::lanes::{Boxes, LANES, LaneMask, Lanes, Narrow, NarrowMask, Points, bits, widen};
+use crate::packet_edges::{Distances, Edges};
 use crate::predicates::orientation;
 use crate::receiver_cluster::ReceiverCluster;
 use crate::runs::Runs;
@@ -181,17 +179,13 @@ impl<S: Simd> Packet<'_, S> {
             return;
         }
         stats.triangles_set_up += 1;
-        let zero = Lanes::simd_from(simd, 0.0);
-        let Points { x, y, z } = self.points;
-        let points = Points { x, y, z };
         let corners = [triangle.a, triangle.b, triangle.c];
         let relative = [
-            Points::splat(simd, corners[0]).minus(points),
-            Points::splat(simd, corners[1]).minus(points),
-            Points::splat(simd, corners[2]).minus(points),
+            Points::splat(simd, corners[0]).minus(self.points),
+            Points::splat(simd, corners[1]).minus(self.points),
+            Points::splat(simd, corners[2]).minus(self.points),
         ];
-        let sides = [triangle.b - triangle.a, triangle.c - triangle.b, triangle.a - triangle.c];
-        let normal = Cross::of(sides[0], -sides[2]);
+        let normal = Cross::of(triangle.b - triangle.a, triangle.c - triangle.a);
         let side = relative[0].dot(normal.value);
         let side_error = relative[0].magnitudes().dot(normal.permanent) * CROSS_ERROR + TINY;
         let (positive, negative) = self.sides(triangle, side, side_error);
@@ -201,57 +195,48 @@ impl<S: Simd> Packet<'_, S> {
         if alive == 0 {
             return;
         }
-        let turned = LaneMask::from_bitmask(simd, negative);
-        let mut edges = [[Narrow::simd_from(simd, 0.0); 3]; 3];
-        for (k, edge) in edges.iter_mut().enumerate() {
-            let ends = relative[k].plus(relative[(k + 1) % 3]);
-            let along = Points::splat(simd, sides[k]);
-            let n = Points {
-                x: ends.y * along.z - ends.z * along.y,
-                y: ends.z * along.x - ends.x * along.z,
-                z: ends.x * along.y - ends.y * along.x,
-            };
-            let size = n.magnitudes().sum();
-            // The sum of the ends may cancel, their errors do not.
-            let sizes = relative[k].magnitudes().sum() + relative[(k + 1) % 3].magnitudes().sum();
-            let error = size * EDGE_ERROR + sizes * (sides[k].abs().max_element() * CROSS_ERROR) + TINY;
-            let scale = (zero + 1.0) / error;
-            let scale = turned.select(-scale, scale);
-            *edge = [narrow(n.x * scale), narrow(n.y * scale), narrow(n.z * scale)];
-        }
+        let edges = Edges::new(simd, triangle, &relative, LaneMask::from_bitmask(simd, negative));
         let distance = Distances::new(simd, normal, side, side_error);
-        let doubt = if self.query.accuracy == Accuracy::Exact { 1.0 } else { 0.0 };
         for slot in each(mask) {
-            let [x, y, z] = self.query.directions.one(slot);
-            let [one, two, three] = edges;
-            let one = one[0] * x + one[1] * y + one[2] * z;
-            let two = two[0] * x + two[1] * y + two[2] * z;
-            let three = three[0] * x + three[1] * y + three[2] * z;
-            let least = one.min(two).min(three);
-            let open = u64::from(self.open[slot]) & alive;
-            let mut kept = (!least.simd_lt(-doubt)).to_bitmask() & open;
-            if kept == 0 {
-                continue;
-            }
-            stats.samples_tested += LANES as u64;
-            let mut certain = least.simd_gt(doubt).to_bitmask() & kept;
-            let t_max = self.query.directions.t_max(slot);
-            if t_max < f64::INFINITY {
-                let (within, beyond) = distance.compare(simd, [x, y, z], t_max);
-                (certain, kept) = (certain & within, kept & !beyond);
-            }
-            for lane in bits(kept & !certain) {
-                stats.doubtful_samples += 1;
-                let sample = self.query.directions.given(slot).1;
-                let ray = self.query.occlusion.untested_ray(self.ids[lane] as usize, &sample);
-                let blocked = ray.is_blocked_by(id, triangle, &mut stats.ambiguous_coverage);
-                certain |= u64::from(blocked) << lane;
-            }
-            // In range: eight bits.
-            self.open[slot] &= !(certain as u8);
-            if self.open[slot] == 0 {
-                self.live &= !(1 << slot);
-            }
+            self.test(simd, (id, triangle), (&edges, &distance), (slot, alive), stats);
+        }
+    }
+
+    /// Tests one triangle with the rays of one direction.
+    #[inline(always)]
+    fn test(
+        &mut self,
+        simd: S,
+        (id, triangle): (u32, &Triangle),
+        (edges, distance): (&Edges<S>, &Distances<S>),
+        (slot, alive): (usize, u64),
+        stats: &mut Stats,
+    ) {
+        let PacketQuery { occlusion, directions, accuracy, .. } = self.query;
+        let doubt = if accuracy == Accuracy::Exact { 1.0 } else { 0.0 };
+        let direction = directions.one(slot);
+        let least = edges.least(direction);
+        let mut kept = (!least.simd_lt(-doubt)).to_bitmask() & u64::from(self.open[slot]) & alive;
+        if kept == 0 {
+            return;
+        }
+        stats.samples_tested += LANES as u64;
+        let mut closed = least.simd_gt(doubt).to_bitmask() & kept;
+        let t_max = directions.t_max(slot);
+        if t_max < f64::INFINITY {
+            let (within, beyond) = distance.compare(simd, direction, t_max);
+            (closed, kept) = (closed & within, kept & !beyond);
+        }
+        for lane in bits(kept & !closed) {
+            stats.doubtful_samples += 1;
+            let sample = directions.given(slot).1;
+            let ray = occlusion.untested_ray(self.ids[lane] as usize, &sample);
+            closed |= u64::from(ray.is_blocked_by(id, triangle, &mut stats.ambiguous_coverage)) << lane;
+        }
+        // In range: eight bits.
+        self.open[slot] &= !(closed as u8);
+        if self.open[slot] == 0 {
+            self.live &= !(1 << slot);
         }
     }
 
@@ -270,40 +255,6 @@ impl<S: Simd> Packet<'_, S> {
             }
         }
         (positive, negative)
-    }
-}
-
-/// How far a triangle's plane is from eight receivers: |A·N|, and N over the sum of its components.
-struct Distances<S: Simd> {
-    normal: [f32; 3],
-    /// Bounds of |A·N| over that sum.
-    bounds: [Narrow<S>; 2],
-}
-
-impl<S: Simd> Distances<S> {
-    #[inline(always)]
-    fn new(simd: S, normal: Cross, side: Lanes<S>, error: Lanes<S>) -> Self {
-        let size = normal.permanent.x + normal.permanent.y + normal.permanent.z + TINY;
-        let zero = Narrow::simd_from(simd, 0.0);
-        let lo = narrow((side.abs() - error) * (1.0 / size));
-        let hi = narrow((side.abs() + error) * (1.0 / size));
-        let bounds = [
-            (lo * (1.0 - BOX_SLACK) - f32::MIN_POSITIVE).max(zero),
-            hi * (1.0 + BOX_SLACK) + f32::MIN_POSITIVE,
-        ];
-        Self { normal: (normal.value / size).as_vec3().to_array(), bounds }
-    }
-
-    /// The receivers from which the plane is nearer than a limit for certain, and those from which it is farther.
-    #[inline(always)]
-    fn compare(&self, simd: S, [x, y, z]: [f32; 3], t_max: f64) -> (u64, u64) {
-        let [u, v, w] = self.normal;
-        let q = (u * x + v * y + w * z).abs();
-        let limit = |q: f32, slack: f64| (f64::from(q) * t_max * (1.0 + slack)) as f32;
-        let slack = f64::from(BOX_SLACK);
-        let least = Narrow::simd_from(simd, limit(q - BOX_SLACK, -slack));
-        let most = Narrow::simd_from(simd, limit(q + BOX_SLACK, slack));
-        (self.bounds[1].simd_lt(least).to_bitmask(), self.bounds[0].simd_gt(most).to_bitmask())
     }
 }
 
