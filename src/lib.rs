@@ -39,6 +39,7 @@ mod isa;
 mod lanes;
 mod leaf;
 mod light_order;
+mod on_demand;
 mod options;
 mod order;
 mod packet_bounds;
@@ -72,6 +73,7 @@ mod window;
 pub use glam;
 
 pub use error::Error;
+pub use on_demand::{Domain, OnDemand};
 pub use triangles::{TriangleId, Triangles};
 
 pub use departure::Side;
