@@ -3,9 +3,10 @@
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
 //! 2011, Algorithm 1.
 
-use crate::general::{self, Probes};
+use crate::general;
 use crate::hemisphere::{AmbientRay, Occlusion, OpenRays};
 use crate::hits::NO_TRIANGLE;
+use crate::probes::Probes;
 use crate::{Error, Hits, Stats, Triangles};
 
 /// Rays that are looked at together: those of some receivers.

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! Each phase touches every ray and every object once, so both halves run in parallel without locks, copies or atomics, and
-//! every ray sees its near side first. Rays and objects are permuted in place: 16 bytes per ray, 4 per object.
+//! every ray sees its near side first. Rays and objects are permuted in place: 32 bytes per ray, 4 per object.
 //!
 //! Termination: testing all of r·o pairs is taken to cost no more than one more step when r·o·T ≤ 2rB + oS, with T, B and S
 //! the costs of a pair, of a ray against a box and of moving an object. Their ratios 3 : 2 : 4 are estimates from operation
@@ -22,15 +22,9 @@
 
 use std::mem::size_of;
 
-use crate::depth::precedes;
-use crate::hemisphere::AmbientRay;
-use crate::hits::NO_TRIANGLE;
-use crate::pencil::Origin;
-use crate::predicates::{Distance, covers, within_interval};
-use crate::segment::Segment;
-use crate::shadow::{Receiver, blocks, culling_ray};
-use crate::triangles::Triangle;
-use crate::{Aabb, Hits, Ray, Rays, Stats, Triangles};
+use crate::predicates::Distance;
+use crate::probes::{Nearest, Probes};
+use crate::{Aabb, Hits, Stats, Triangles};
 
 /// Relative cost of one ray against one triangle.
 const PAIR_COST: usize = 3;
@@ -48,43 +42,7 @@ const LOPSIDED: usize = 8;
 #[derive(Debug, Clone, Copy)]
 struct Active {
     ray: u32,
-    id: u32,
-    /// An upper bound of the distance of the hit, at most the end of the ray.
-    t_max: f64,
-}
-
-/// What is tested against the triangles.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Probes<'a> {
-    /// Rays.
-    Rays(Rays<'a>),
-    /// Segments: any triangle that blocks one will do.
-    Segments(&'a [Segment]),
-    /// A light and what it may not see.
-    Shadows(Origin, &'a [Receiver]),
-    /// Rays that leave receivers: any triangle that blocks one will do.
-    Ambient(&'a [AmbientRay]),
-}
-
-impl Probes<'_> {
-    fn len(&self) -> usize {
-        match self {
-            Self::Rays(rays) => rays.len(),
-            Self::Segments(segments) => segments.len(),
-            Self::Shadows(_, receivers) => receivers.len(),
-            Self::Ambient(rays) => rays.len(),
-        }
-    }
-
-    /// The ray of a probe: that of a segment or a shadow is good for culling only.
-    fn ray(&self, index: u32) -> Ray {
-        match self {
-            Self::Rays(rays) => rays.ray(index),
-            Self::Segments(segments) => segments[index as usize].as_ray(),
-            Self::Shadows(light, receivers) => culling_ray(*light, &receivers[index as usize]),
-            Self::Ambient(rays) => rays[index as usize].ray,
-        }
-    }
+    nearest: Nearest,
 }
 
 /// The query that all steps share.
@@ -99,7 +57,7 @@ struct Query<'a> {
 pub(crate) fn intersect(triangles: &Triangles<'_>, probes: Probes<'_>, any: bool, hits: &mut Hits) -> Stats {
     // In range: both counts fit u32.
     let mut objects: Vec<u32> = (0..triangles.len() as u32).collect();
-    let start = |ray| Active { ray, id: NO_TRIANGLE, t_max: probes.ray(ray).t_max };
+    let start = |ray| Active { ray, nearest: Nearest::none(probes.ray(ray).t_max) };
     let mut active: Vec<Active> = (0..probes.len() as u32).map(start).collect();
     let bytes = objects.capacity() * size_of::<u32>() + active.capacity() * size_of::<Active>();
 
@@ -108,11 +66,12 @@ pub(crate) fn intersect(triangles: &Triangles<'_>, probes: Probes<'_>, any: bool
     let mut stats = query.recurse(&mut active, &mut objects, &bounds);
     stats.engine_bytes += bytes as u64;
 
-    for Active { ray, id, .. } in active {
-        if id != NO_TRIANGLE {
-            hits.ids[ray as usize] = id;
+    for Active { ray, nearest } in active {
+        if nearest.is_hit() {
+            hits.ids[ray as usize] = nearest.id;
             if !any {
-                hits.ts[ray as usize] = Distance::new(&probes.ray(ray), &triangles.triangle(id)).rounded();
+                hits.ts[ray as usize] =
+                    Distance::new(&probes.ray(ray), &triangles.triangle(nearest.id)).rounded();
             }
         }
     }
@@ -162,7 +121,8 @@ impl Query<'_> {
 
     /// Whether a ray may still find something in a box.
     fn may_meet(&self, active: &Active, bounds: &Aabb) -> bool {
-        !(self.any && active.id != NO_TRIANGLE) && bounds.may_meet(&self.probes.ray(active.ray), active.t_max)
+        let Active { ray, nearest } = active;
+        !(self.any && nearest.is_hit()) && bounds.may_meet(&self.probes.ray(*ray), nearest.hi)
     }
 
     /// Splits objects by their centres at the middle of the longest side; at the median where that is lopsided.
@@ -187,54 +147,16 @@ impl Query<'_> {
     fn leaf(&self, rays: &mut [Active], objects: &[u32]) -> Stats {
         let mut stats = Stats { triangles_set_up: objects.len() as u64, ..Stats::default() };
         for &id in objects {
-            let triangle = self.triangles.triangle(id);
             for active in rays.iter_mut() {
-                if self.any && active.id != NO_TRIANGLE {
+                if self.any && active.nearest.is_hit() {
                     continue;
                 }
                 stats.samples_tested += 1;
-                match self.probes {
-                    Probes::Rays(rays) => self.test(rays, active, id, &triangle, &mut stats),
-                    Probes::Segments(segments) => {
-                        if segments[active.ray as usize].is_blocked_by(id, &triangle) {
-                            active.id = id;
-                        }
-                    }
-                    Probes::Shadows(light, receivers) => {
-                        let receiver = &receivers[active.ray as usize];
-                        if blocks(light, receiver, (id, &triangle), &mut stats.ambiguous_coverage) {
-                            active.id = id;
-                        }
-                    }
-                    Probes::Ambient(rays) => {
-                        let ray = &rays[active.ray as usize];
-                        if ray.is_blocked_by(id, &triangle, &mut stats.ambiguous_coverage) {
-                            active.id = id;
-                        }
-                    }
-                }
+                let ray = self.probes.ray(active.ray);
+                self.probes.test((active.ray, &ray), id, self.triangles, &mut active.nearest, &mut stats);
             }
         }
         stats
-    }
-
-    /// Tests one ray against one triangle and keeps what is nearer.
-    fn test(&self, rays: Rays<'_>, active: &mut Active, id: u32, triangle: &Triangle, stats: &mut Stats) {
-        let ray = rays.ray(active.ray);
-        if !covers(&ray, triangle, rays.ties(), &mut stats.ambiguous_coverage) {
-            return;
-        }
-        let distance = Distance::new(&ray, triangle);
-        let (least, greatest) = distance.bounds();
-        if least > active.t_max || !within_interval(&ray, &distance) {
-            return;
-        }
-        let nearer = active.id == NO_TRIANGLE
-            || precedes(&ray, id, active.id, self.triangles, &mut stats.ambiguous_order);
-        if nearer {
-            active.id = id;
-            active.t_max = if greatest < active.t_max { greatest } else { active.t_max };
-        }
     }
 }
 

@@ -139,8 +139,8 @@ impl<S: Simd> Packet<'_, S> {
                 if mask == 0 {
                     continue;
                 }
-                let child = Runs::child(node, lane);
-                match runs.run(child) {
+                let child = node.child(lane);
+                match child.leaf() {
                     Some(run) => self.intersect_run(simd, run, (within, mask), stats),
                     None if waiting < STACK => {
                         stack[waiting] = (child, mask);

@@ -153,6 +153,8 @@ pub(crate) struct Distance<'a> {
     triangle: &'a Triangle,
     numerator: Approx,
     denominator: Approx,
+    /// The signs of A·N and d·N, where certain.
+    signs: [Option<Sign>; 2],
 }
 
 impl<'a> Distance<'a> {
@@ -162,7 +164,20 @@ impl<'a> Distance<'a> {
         let (numerator, denominator) = (normal.dot(triangle.a - ray.origin), normal.dot(ray.direction));
         // t > 0, so both have the same sign, and the magnitudes are what matters.
         let absolute = |x: Approx| Approx { value: x.value.abs(), error: x.error };
-        Self { ray, triangle, numerator: absolute(numerator), denominator: absolute(denominator) }
+        let signs = [numerator.sign(), denominator.sign()];
+        Self { ray, triangle, numerator: absolute(numerator), denominator: absolute(denominator), signs }
+    }
+
+    /// The same for a ray that may not cover the triangle: `None` where its plane certainly does not lie ahead.
+    #[inline]
+    pub(crate) fn ahead(ray: &'a Ray, triangle: &'a Triangle) -> Option<Self> {
+        let distance = Self::new(ray, triangle);
+        let Self { signs, numerator, .. } = distance;
+        // Where every product is zero nothing was rounded: the origin lies in the plane. Common where rays leave walls along an
+        // axis.
+        let within = numerator.value == 0.0 && numerator.error == 0.0;
+        let behind = signs[0].is_some() && signs[0] == signs[1].map(Sign::negated);
+        (!within && !behind).then_some(distance)
     }
 
     /// Bounds of t, rounded outward. The upper one may be infinite.

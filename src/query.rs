@@ -3,14 +3,20 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use fearless_simd::Level;
+use rayon::prelude::*;
 
-use crate::general::{self, Probes};
+use crate::bundles;
+use crate::general;
 use crate::hits::NO_TRIANGLE;
+use crate::probes::Probes;
 use crate::runs::Runs;
 use crate::{
     Error, Frame, Hits, Occlusion, OpenRays, Options, Origin, Path, Ray, RaySamples, Rays, Receiver, Segment,
     Stats, Triangles, ambient, clusters, hemispheres, recursion, shadow,
 };
+
+/// Rays that one task checks at least.
+const CHECKED: usize = 1 << 12;
 
 /// Finds the nearest triangle along each ray: by exact t, then by the smaller id.
 ///
@@ -154,7 +160,10 @@ pub(crate) fn run(
 ) -> Result<Stats, Error> {
     let level = check_call(rays.len(), options)?;
     if let Rays::General(rays) = rays {
-        rays.iter().try_for_each(Ray::check)?;
+        let out_of_range = |ray: &Ray| ray.check().is_err();
+        if let Some(ray) = rays.par_iter().with_min_len(CHECKED).position_first(out_of_range) {
+            rays[ray].check()?;
+        }
     }
     in_pool(|| match (rays, options.path) {
         (Rays::Pencil(pencil), Path::Pencil) => {
@@ -166,10 +175,28 @@ pub(crate) fn run(
             frame.order = Some(runs.into_order());
             stats
         }
-        _ => {
+        (_, path) => {
             (frame.hits, frame.tiles) = (Hits::missed(rays.len()), Vec::new());
-            general::intersect(triangles, Probes::Rays(rays), any, &mut frame.hits)
+            let probes = Probes::Rays(rays);
+            match path {
+                Path::Pencil => in_bundles(triangles, probes, (level, any), frame),
+                Path::General => general::intersect(triangles, probes, any, &mut frame.hits),
+            }
         }
+    })
+}
+
+/// Finds hits in bundles; ray by ray where numbers are too large or too small for bundles.
+fn in_bundles(
+    triangles: &Triangles<'_>,
+    probes: Probes<'_>,
+    (level, any): (Level, bool),
+    frame: &mut Frame,
+) -> Stats {
+    let found = bundles::intersect(triangles, probes, (level, any), &mut frame.hits);
+    found.unwrap_or_else(|| {
+        frame.hits = Hits::missed(probes.len());
+        general::intersect(triangles, probes, any, &mut frame.hits)
     })
 }
 

@@ -147,8 +147,8 @@ fn descend(rays: &mut impl SubPencil, runs: &Runs, node: Node, stats: &mut Stats
             stats.culled_by_depth += 1;
             continue;
         }
-        let child = Runs::child(node, lane);
-        match runs.run(child) {
+        let child = node.child(lane);
+        match child.leaf() {
             Some(run) => rays.intersect(runs, run, &boxes.get(lane), stats),
             None => descend(rays, runs, child, stats),
         }

@@ -38,6 +38,28 @@ pub(crate) struct Node {
     index: usize,
 }
 
+impl Node {
+    /// The node above all levels.
+    pub(crate) fn root_above(levels: usize) -> Self {
+        Self { level: levels, index: 0 }
+    }
+
+    /// The boxes of its children.
+    pub(crate) fn boxes(self, levels: &[Vec<Boxes>]) -> Option<&Boxes> {
+        levels.get(self.level.checked_sub(1)?)?.get(self.index)
+    }
+
+    /// A child.
+    pub(crate) fn child(self, lane: usize) -> Self {
+        Self { level: self.level - 1, index: self.index * FANOUT + lane }
+    }
+
+    /// The run, or group, that a node without children stands for.
+    pub(crate) fn leaf(self) -> Option<usize> {
+        (self.level == 0).then_some(self.index)
+    }
+}
+
 /// An order of triangles: a permutation and nothing else.
 #[derive(Debug, Clone)]
 pub(crate) struct Order {
@@ -89,22 +111,12 @@ impl Runs {
 
     /// The vector of nodes that holds everything.
     pub(crate) fn root(&self) -> Node {
-        Node { level: self.levels.len(), index: 0 }
+        Node::root_above(self.levels.len())
     }
 
     /// The boxes of a node's children.
     pub(crate) fn boxes(&self, node: Node) -> Option<&Boxes> {
-        self.levels.get(node.level.checked_sub(1)?)?.get(node.index)
-    }
-
-    /// A child of a node.
-    pub(crate) fn child(node: Node, lane: usize) -> Node {
-        Node { level: node.level - 1, index: node.index * FANOUT + lane }
-    }
-
-    /// The run that a node without children stands for.
-    pub(crate) fn run(&self, node: Node) -> Option<usize> {
-        (node.level == 0).then_some(node.index)
+        node.boxes(&self.levels)
     }
 
     /// The ids of a run's triangles, and how many there are.

@@ -1,0 +1,128 @@
+//! What is tested against triangles where rays share no origin: rays, segments, rays that leave receivers. With each goes the
+//! nearest hit so far.
+//!
+//! A hit is kept as bounds of its t. Two hits whose bounds do not overlap need no exact comparison.
+
+use crate::depth::precedes;
+use crate::hemisphere::AmbientRay;
+use crate::hits::NO_TRIANGLE;
+use crate::pencil::Origin;
+use crate::predicates::{Distance, covers, within_interval};
+use crate::ray::Ties;
+use crate::segment::Segment;
+use crate::shadow::{Receiver, blocks, culling_ray};
+use crate::{Ray, Rays, Stats, Triangles};
+
+/// What is tested against the triangles.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Probes<'a> {
+    /// Rays.
+    Rays(Rays<'a>),
+    /// Segments: any triangle that blocks one will do.
+    Segments(&'a [Segment]),
+    /// A light and what it may not see.
+    Shadows(Origin, &'a [Receiver]),
+    /// Rays that leave receivers: any triangle that blocks one will do.
+    Ambient(&'a [AmbientRay]),
+}
+
+/// The nearest hit of a probe so far: t lies in [lo, hi]. Without a hit, hi is the end of the ray.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Nearest {
+    pub(crate) id: u32,
+    pub(crate) lo: f64,
+    pub(crate) hi: f64,
+}
+
+impl Nearest {
+    /// Nothing was hit before the end of the ray.
+    pub(crate) fn none(t_max: f64) -> Self {
+        Self { id: NO_TRIANGLE, lo: t_max, hi: t_max }
+    }
+
+    /// Whether something was hit.
+    pub(crate) fn is_hit(&self) -> bool {
+        self.id != NO_TRIANGLE
+    }
+}
+
+impl Probes<'_> {
+    /// The number of probes.
+    pub(crate) fn len(&self) -> usize {
+        match self {
+            Self::Rays(rays) => rays.len(),
+            Self::Segments(segments) => segments.len(),
+            Self::Shadows(_, receivers) => receivers.len(),
+            Self::Ambient(rays) => rays.len(),
+        }
+    }
+
+    /// The ray of a probe: that of a segment or a shadow is good for culling only.
+    #[inline]
+    pub(crate) fn ray(&self, index: u32) -> Ray {
+        match self {
+            Self::Rays(rays) => rays.ray(index),
+            Self::Segments(segments) => segments[index as usize].as_ray(),
+            Self::Shadows(light, receivers) => culling_ray(*light, &receivers[index as usize]),
+            Self::Ambient(rays) => rays[index as usize].ray,
+        }
+    }
+
+    /// Tests a probe and its ray against a triangle, exactly, and keeps it if it is nearer; of rays alone it is asked what is
+    /// nearer. Returns whether it was kept.
+    #[inline]
+    pub(crate) fn test(
+        &self,
+        (probe, ray): (u32, &Ray),
+        id: u32,
+        triangles: &Triangles<'_>,
+        nearest: &mut Nearest,
+        stats: &mut Stats,
+    ) -> bool {
+        let blocked = match self {
+            Self::Rays(rays) => return test_ray((ray, rays.ties()), id, triangles, nearest, stats),
+            Self::Segments(segments) => segments[probe as usize].is_blocked_by(id, &triangles.triangle(id)),
+            Self::Shadows(light, receivers) => {
+                let receiver = &receivers[probe as usize];
+                blocks(*light, receiver, (id, &triangles.triangle(id)), &mut stats.ambiguous_coverage)
+            }
+            Self::Ambient(rays) => {
+                let ray = &rays[probe as usize];
+                ray.is_blocked_by(id, &triangles.triangle(id), &mut stats.ambiguous_coverage)
+            }
+        };
+        if blocked {
+            nearest.id = id;
+        }
+        blocked
+    }
+}
+
+/// Tests one ray against one triangle and keeps what is nearer. Most triangles that are asked for lie around the ray's line,
+/// so the distance decides more often than coverage, and is asked for first.
+#[inline]
+fn test_ray(
+    (ray, ties): (&Ray, Ties),
+    id: u32,
+    triangles: &Triangles<'_>,
+    nearest: &mut Nearest,
+    stats: &mut Stats,
+) -> bool {
+    let triangle = triangles.triangle(id);
+    let Some(distance) = Distance::ahead(ray, &triangle) else { return false };
+    let (least, greatest) = distance.bounds();
+    if least > nearest.hi
+        || !covers(ray, &triangle, ties, &mut stats.ambiguous_coverage)
+        || !within_interval(ray, &distance)
+    {
+        return false;
+    }
+    let nearer = !nearest.is_hit()
+        || greatest < nearest.lo
+        || precedes(ray, id, nearest.id, triangles, &mut stats.ambiguous_order);
+    if nearer {
+        let hi = if greatest < nearest.hi { greatest } else { nearest.hi };
+        *nearest = Nearest { id, lo: least, hi };
+    }
+    nearer
+}
