@@ -81,20 +81,15 @@ impl Noise {
 
     /// One octave at a point of its lattice.
     fn octave(&self, octave: u32, place: DVec3) -> f64 {
-        self.in_cell(octave, place.floor(), place)
+        let cell = place.floor();
+        blend(&self.values(octave, cell), place - cell)
     }
 
-    /// One octave at a point of a closed cell.
-    fn in_cell(&self, octave: u32, cell: DVec3, place: DVec3) -> f64 {
-        let w = (place - cell).to_array().map(weight);
+    /// The values at the corners of a cell.
+    fn values(&self, octave: u32, cell: DVec3) -> [f64; 8] {
         let key = mix(self.seed ^ (u64::from(octave) << 56));
-        let lerp = |a: f64, b: f64, t: f64| a + (b - a) * t;
-        let row = |y: f64, z: f64| {
-            let value = |x: f64| lattice(key, cell + DVec3::new(x, y, z));
-            lerp(value(0.0), value(1.0), w[0])
-        };
-        let sheet = |z: f64| lerp(row(0.0, z), row(1.0, z), w[1]);
-        lerp(sheet(0.0), sheet(1.0), w[2])
+        let side = |corner: usize, axis: usize| f64::from((corner >> axis & 1) as u32);
+        std::array::from_fn(|k| lattice(key, cell + DVec3::new(side(k, 0), side(k, 1), side(k, 2))))
     }
 
     /// The range of one octave over a box.
@@ -111,10 +106,11 @@ impl Noise {
             for y in cells(1) {
                 for x in cells(0) {
                     let cell = DVec3::new(x, y, z);
-                    let (from, to) = (lo.max(cell), hi.min(cell + 1.0));
+                    let (from, to) = (lo.max(cell) - cell, hi.min(cell + 1.0) - cell);
+                    let values = self.values(octave, cell);
                     for corner in 0..8 {
                         let pick = |k: usize| if corner >> k & 1 == 0 { from[k] } else { to[k] };
-                        let value = self.in_cell(octave, cell, DVec3::new(pick(0), pick(1), pick(2)));
+                        let value = blend(&values, DVec3::new(pick(0), pick(1), pick(2)));
                         range = [range[0].min(value), range[1].max(value)];
                     }
                 }
@@ -122,6 +118,15 @@ impl Noise {
         }
         [range[0] - ROUNDING, range[1] + ROUNDING]
     }
+}
+
+/// The values at the corners of a cell, interpolated at a place within it.
+fn blend(values: &[f64; 8], place: DVec3) -> f64 {
+    let w = place.to_array().map(weight);
+    let lerp = |a: f64, b: f64, t: f64| a + (b - a) * t;
+    let row = |k: usize| lerp(values[k], values[k + 1], w[0]);
+    let sheet = |k: usize| lerp(row(k), row(k + 2), w[1]);
+    lerp(sheet(0), sheet(4), w[2])
 }
 
 /// The weight of the farther lattice point, from 0 to 1.
@@ -133,8 +138,9 @@ pub(crate) fn weight(t: f64) -> f64 {
 fn lattice(key: u64, point: DVec3) -> f64 {
     // The casts saturate.
     let [x, y, z] = point.to_array().map(|x| x as i64 as u64);
-    let hash = mix(key ^ x.wrapping_mul(0x9e37_79b9_7f4a_7c15))
-        ^ y.wrapping_mul(0xc2b2_ae3d_27d4_eb4f)
-        ^ z.wrapping_mul(0x1656_67b1_9e37_79f9);
-    uniform(mix(hash))
+    let sum = x
+        .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+        .wrapping_add(y.wrapping_mul(0xc2b2_ae3d_27d4_eb4f))
+        .wrapping_add(z.wrapping_mul(0x1656_67b1_9e37_79f9));
+    uniform(mix(key.wrapping_add(sum)))
 }
