@@ -3,15 +3,18 @@
 //! For tests, and as input of other engines. The recursion makes the same triangles where they matter only, see
 //! [`crate::reyes`].
 
+use fearless_simd::{dispatch, prelude::*};
 use rayon::prelude::*;
 
 use crate::density::Density;
 use crate::dicer::{Dicer, Dicing, Piece};
 use crate::grid_samples::GridOrigin;
 use crate::hits::NO_TRIANGLE;
-use crate::micropolygon::{Micropolygon, Sight};
-use crate::query::in_pool;
-use crate::surface_hits::SurfaceHits;
+use crate::lanes::{LANES, Lanes, Points};
+use crate::micropolygon::Micropolygon;
+use crate::query::{check_call, in_pool};
+use crate::sights::Seen;
+use crate::surface_hits::{SurfaceHits, SurfaceRow};
 use crate::{Error, Hits, OnDemand, Options, Pencil, Stats, Triangles, closest_hit};
 
 /// Pieces that are diced side by side, if there are as many.
@@ -201,17 +204,43 @@ pub(crate) fn see_all<S: OnDemand>(
     let diced = dice_all(surfaces, pencil, dicing)?;
     let triangles = Triangles::new(&diced.positions, &diced.indices)?;
     let (hits, stats) = closest_hit(&triangles, pencil, options)?;
-    let mut seen = SurfaceHits::missed(pencil.len());
-    let sights: Vec<Option<(u32, Sight)>> =
-        (0..pencil.len()).into_par_iter().map(|ray| sight(&diced, &hits, pencil, ray)).collect();
-    for (ray, sight) in sights.into_iter().enumerate() {
-        seen.row().put(ray, sight);
+    let mut seen = SurfaceHits::with_room(pencil.len());
+    let level = check_call(pencil.len(), options)?;
+    let mut row = seen.row();
+    for first in (0..pencil.len()).step_by(LANES) {
+        dispatch!(level, simd => see_eight(simd, (&diced, &hits), pencil, first, &mut row));
     }
     Ok((seen, stats))
 }
 
-/// What one ray sees.
-fn sight(diced: &DicedTriangles, hits: &Hits, pencil: &Pencil, ray: usize) -> Option<(u32, Sight)> {
-    let triangle = diced.micropolygon(hits.get(ray)?.id.0 as usize);
-    Some((triangle.surface, triangle.seen_along(&pencil.ray(ray))))
+/// Writes what eight rays from one on see, or as many as there are.
+#[inline(always)]
+fn see_eight<S: Simd>(
+    simd: S,
+    (diced, hits): (&DicedTriangles, &Hits),
+    pencil: &Pencil,
+    first: usize,
+    row: &mut SurfaceRow<'_>,
+) {
+    let (mut seen, mut ids, mut hit) = (Seen::NOTHING, [0; LANES], 0);
+    let (mut origins, mut directions) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+    let lanes = LANES.min(pencil.len() - first);
+    for lane in 0..lanes {
+        let Some(found) = hits.get(first + lane) else { continue };
+        let Micropolygon { surface, corners, parameters } = diced.micropolygon(found.id.0 as usize);
+        let ray = pencil.ray(first + lane);
+        for k in 0..3 {
+            (origins[k][lane], directions[k][lane]) = (ray.origin[k], ray.direction[k]);
+        }
+        seen.set(lane, corners, parameters);
+        (ids[lane], hit) = (surface, hit | 1 << lane);
+    }
+    row.miss(first, !hit & (u64::MAX >> (u64::BITS as usize - lanes)));
+    let rays = [origins, directions].map(|[x, y, z]| Points {
+        x: Lanes::load_array(simd, x),
+        y: Lanes::load_array(simd, y),
+        z: Lanes::load_array(simd, z),
+    });
+    let sights = seen.along(simd, rays, hit, |lane| pencil.ray(first + lane));
+    row.put(first, hit, &ids, &sights);
 }

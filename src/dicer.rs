@@ -153,11 +153,8 @@ impl<'a, S: OnDemand> Dicer<'a, S> {
     /// Dices a part: its points are in [`Dicer::points`]. Returns the segments along u and v as powers of two.
     pub(crate) fn dice(&mut self, object: &S::Object, part: &SubPatch) -> Result<[u8; 2], Error> {
         let bits = part.grid_bits();
-        let [across, along] = bits.map(|bits| 1 << bits);
         self.parameters.clear();
-        for v in 0..=along {
-            self.parameters.extend((0..=across).map(|u| part.parameters(bits, [u, v])));
-        }
+        part.grid(bits, &mut self.parameters);
         self.points.clear();
         self.surfaces.evaluate(object, &self.parameters, &mut self.points);
         if self.points.len() == self.parameters.len() {

@@ -7,12 +7,19 @@
 //!
 //! Based on: Edwin Catmull, "A Subdivision Algorithm for Computer Display of Curved Surfaces", 1974 (the z-buffer).
 
+use fearless_simd::prelude::*;
+
+use crate::approx::Sign;
 use crate::grid_tile::GridTile;
-use crate::micropolygon::{Micropolygon, Sight, triangle_of};
+use crate::hierarchical_z::BLOCK_SIDE;
+use crate::lanes::{LANES, bits};
+use crate::micropolygon::{Micropolygon, triangle_of};
 use crate::pencil::Origin;
 use crate::predicates::{Distance, covers};
-use crate::ray::Ray;
+use crate::setup::exact_side;
+use crate::sights::Seen;
 use crate::sub_patch::SubPatch;
+use crate::surface_hits::SurfaceRow;
 use crate::tile_keys::{SIDE, TileKeys};
 use crate::window::Rect;
 use crate::{Aabb, Stats};
@@ -105,10 +112,28 @@ impl TileSamples {
         self.grids[winner.grid as usize].micropolygon(place, winner.corners)
     }
 
-    /// The id of the surface that a ray has hit, and what it sees of it.
-    pub(crate) fn seen(&self, [x, y]: [u32; 2], ray: impl Fn() -> Ray) -> Option<(u32, Sight)> {
-        let triangle = self.micropolygon(self.winner(x, y)?);
-        Some((triangle.surface, triangle.seen_along(&ray())))
+    /// Writes what the rays of a row see.
+    #[inline(always)]
+    pub(crate) fn write<S: Simd>(&self, simd: S, tile: &GridTile<'_>, y: u32, row: &mut SurfaceRow<'_>) {
+        let width = tile.rect.width();
+        for x in (0..width).step_by(LANES) {
+            let lanes = u64::MAX >> (u64::BITS - (width - x).min(BLOCK_SIDE));
+            let hit = self.keys.covered[y as usize % SIDE] >> x & lanes;
+            row.miss(x as usize, lanes & !hit);
+            if hit != 0 {
+                let (mut seen, mut ids) = (Seen::NOTHING, [0; LANES]);
+                for lane in bits(hit) {
+                    let winner = &self.winners[y as usize * SIDE + x as usize + lane];
+                    let Micropolygon { surface, corners, parameters } = self.micropolygon(winner);
+                    seen.set(lane, corners, parameters);
+                    ids[lane] = surface;
+                }
+                // In range: fewer than eight columns.
+                let ray = |lane: usize| tile.ray([x + lane as u32, y]);
+                let sights = seen.along(simd, tile.eight_rays(simd, [x, y]), hit, ray);
+                row.put(x as usize, hit, &ids, &sights);
+            }
+        }
     }
 
     /// Drops the grids that no ray has hit. O(rays).
@@ -148,6 +173,7 @@ pub(crate) struct GridSamples<'a> {
 
 impl GridSamples<'_> {
     /// The corners of a triangle.
+    #[inline(always)]
     fn corners(&self, triangle: (usize, bool)) -> [[f32; 3]; 3] {
         self.grid.corners(triangle).map(|corner| self.points[corner])
     }
@@ -187,7 +213,7 @@ impl GridSamples<'_> {
     ) {
         self.stats.doubtful_samples += 1;
         let corners = self.corners(triangle);
-        let ray = tile.origin.ray(tile.film.at(tile.rect.x0 + x, tile.rect.y0 + y));
+        let ray = tile.ray([x, y]);
         let ambiguous = &mut self.stats.ambiguous_coverage;
         if !certain && !covers(&ray, &triangle_of(&corners), tile.origin.ties(), ambiguous) {
             return;
@@ -240,9 +266,13 @@ impl GridSamples<'_> {
                 continue;
             }
             let triangle = triangle_of(&corners);
+            if exact_side(tile.origin, &triangle) == Sign::Zero {
+                // Seen edge-on, or without area.
+                continue;
+            }
             for y in rect.y0..rect.y1 {
                 for x in rect.x0..rect.x1 {
-                    let ray = tile.origin.ray(tile.film.at(tile.rect.x0 + x, tile.rect.y0 + y));
+                    let ray = tile.ray([x, y]);
                     let ambiguous = &mut self.stats.ambiguous_coverage;
                     if covers(&ray, &triangle, tile.origin.ties(), ambiguous) {
                         let keys = keys_of(tile.origin, Distance::new(&ray, &triangle).bounds());

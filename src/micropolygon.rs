@@ -1,4 +1,4 @@
-//! One of the two triangles of a micropolygon: its order among others, and what a ray sees of it.
+//! One of the two triangles of a micropolygon, and its order among others.
 //!
 //! Triangles at the same distance come in the order of their surfaces' ids, then of their corners and parameters. So the
 //! order is one of values alone, and it does not matter who found them, when, or how often.
@@ -8,7 +8,6 @@ use std::cmp::Ordering;
 use crate::approx::Sign;
 use crate::predicates::Distance;
 use crate::ray::Ray;
-use crate::surface::{normal, weights};
 use crate::triangles::{Triangle, widen};
 
 /// A triangle of a grid.
@@ -18,14 +17,6 @@ pub(crate) struct Micropolygon {
     pub(crate) corners: [[f32; 3]; 3],
     /// (u, v) of the corners.
     pub(crate) parameters: [[f64; 2]; 3],
-}
-
-/// What a ray sees of a triangle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Sight {
-    pub(crate) t: f32,
-    pub(crate) uv: [f32; 2],
-    pub(crate) normal: [f32; 3],
 }
 
 /// The corners in f64.
@@ -53,16 +44,6 @@ impl Micropolygon {
             Sign::Zero => self.order(other) == Ordering::Less,
             Sign::Positive => false,
         }
-    }
-
-    /// What a ray that hits the triangle sees.
-    pub(crate) fn seen_along(&self, ray: &Ray) -> Sight {
-        let triangle = triangle_of(&self.corners);
-        let [a, b, c] = weights(&triangle, ray);
-        let [at_a, at_b, at_c] = self.parameters;
-        let uv = [0, 1].map(|k| (a * at_a[k] + b * at_b[k] + c * at_c[k]) as f32);
-        let t = Distance::new(ray, &triangle).rounded();
-        Sight { t, uv, normal: normal(&triangle).to_array().map(|x| x as f32) }
     }
 }
 

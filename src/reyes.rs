@@ -18,7 +18,6 @@ use std::mem::size_of;
 use std::sync::{Mutex, PoisonError};
 
 use fearless_simd::Level;
-use glam::DVec3;
 
 use crate::density::Density;
 use crate::dicer::{Dicer, Dicing, Piece};
@@ -26,9 +25,10 @@ use crate::film::{Film, Sampling};
 use crate::footprints::Pixels;
 use crate::frustum::{Frustum, Interval, Projection};
 use crate::grid_samples::TileSamples;
-use crate::grid_tile::{GridTile, PlacedGrid};
+use crate::grid_tile::GridTile;
 use crate::hierarchical_z::TILE_SIDE;
 use crate::pencil::Origin;
+use crate::placed_grid::PlacedGrid;
 use crate::query::{check_call, in_pool};
 use crate::surface_hits::{SurfaceHits, SurfaceWindow};
 use crate::window::Rect;
@@ -90,6 +90,8 @@ pub(crate) struct Item<O> {
     pub(crate) bounds: Aabb,
     /// A lower bound of t on the rays within the box.
     pub(crate) t: f64,
+    /// About how large the box looks.
+    size: f64,
 }
 
 /// What all rays of a film share.
@@ -112,7 +114,7 @@ fn see<S: OnDemand>(
     (density, dicing): (&Density, &Dicing),
     level: Level,
 ) -> Result<(SurfaceHits, Stats), Error> {
-    let mut hits = SurfaceHits::missed(pencil.len());
+    let mut hits = SurfaceHits::with_room(pencil.len());
     let grids = || {
         pencil.films().iter().filter_map(|film| match film {
             Film::Grid(film) => Some(film),
@@ -122,11 +124,15 @@ fn see<S: OnDemand>(
     let windows = SurfaceWindow::over(&mut hits, grids().map(|film| [film.width(), film.height()]));
     let idle = Mutex::new(Vec::new());
     let mut stats = Stats::default();
-    for (film, window) in grids().zip(windows) {
+    for (film, mut window) in grids().zip(windows) {
         let origin = pencil.origin();
-        let Some(projection) = Projection::new(origin, film.span()) else { continue };
+        let Some(projection) = Projection::new(origin, film.span()) else {
+            window.miss();
+            continue;
+        };
         let query = FilmQuery { surfaces, origin, film, projection, level, density, dicing, idle: &idle };
-        let roots: Vec<Item<S::Object>> = surfaces.roots().into_iter().map(|root| query.item(root)).collect();
+        let roots: Vec<Item<S::Object>> =
+            surfaces.roots().into_iter().map(|root| Item::new(Piece::of(root), surfaces)).collect();
         stats = stats.then(query.halve(&roots, window)?);
     }
     let idle = idle.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -137,12 +143,6 @@ fn see<S: OnDemand>(
 }
 
 impl<'a, S: OnDemand> FilmQuery<'_, 'a, S> {
-    /// An object as the rule gives it.
-    fn item(&self, object: S::Object) -> Item<S::Object> {
-        let piece = Piece::of(object);
-        Item { piece, bounds: piece.bounds(self.surfaces), t: 0.0 }
-    }
-
     /// A workspace, and its return.
     fn with_workspace<R>(&self, work: impl FnOnce(&mut Workspace<'a, S>) -> R) -> R {
         let taken = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
@@ -212,30 +212,31 @@ impl<'a, S: OnDemand> FilmQuery<'_, 'a, S> {
         let Workspace { dicer, opened, .. } = work;
         while objects.len() < WIDE {
             let closed = (0..objects.len()).filter(|&place| objects[place].piece.ready().is_none());
-            let size = |&one: &usize, &other: &usize| objects[one].size().total_cmp(&objects[other].size());
+            let size = |&one: &usize, &other: &usize| objects[one].size.total_cmp(&objects[other].size);
             let Some(largest) = closed.max_by(size) else { return };
             let Item { piece, bounds, .. } = objects.swap_remove(largest);
             opened.clear();
             dicer.open(&piece, &bounds, opened, stats);
-            objects.extend(opened.iter().filter_map(|piece| {
-                enter(&Item { piece: *piece, bounds: piece.bounds(self.surfaces), t: 0.0 }, frustum, stats)
-            }));
+            let parts = opened.iter().map(|piece| Item::new(*piece, self.surfaces));
+            objects.extend(parts.filter_map(|part| enter(&part, frustum, stats)));
         }
     }
 }
 
-impl<O> Item<O> {
-    /// About how large the box looks.
-    fn size(&self) -> f64 {
-        let diagonal = DVec3::from_array(self.bounds.extent()).length();
-        if self.t > 0.0 { diagonal / self.t } else { f64::INFINITY }
+impl<O: Copy> Item<O> {
+    /// A piece that nobody has looked at yet.
+    pub(crate) fn new<S: OnDemand<Object = O>>(piece: Piece<O>, surfaces: &S) -> Self {
+        Self { piece, bounds: piece.bounds(surfaces), t: 0.0, size: 0.0 }
     }
 }
 
 /// The object, with its t, unless it lies outside the frustum.
 pub(crate) fn enter<O: Copy>(item: &Item<O>, frustum: &Frustum, stats: &mut Stats) -> Option<Item<O>> {
     stats.frustum_tests += 1;
-    let t = frustum.enter(&item.bounds);
-    stats.surfaces_culled_by_frustum += u64::from(t.is_none());
-    t.map(|t| Item { t, ..*item })
+    let Some(t) = frustum.enter(&item.bounds) else {
+        stats.surfaces_culled_by_frustum += 1;
+        return None;
+    };
+    let [x, y, z] = item.bounds.extent();
+    Some(Item { t, size: if t > 0.0 { (x + y + z) / t } else { f64::INFINITY }, ..*item })
 }

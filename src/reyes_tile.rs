@@ -2,15 +2,12 @@
 
 use fearless_simd::dispatch;
 
-use crate::dicer::Piece;
 use crate::grid_samples::{GridOrigin, GridSamples};
 use crate::grid_tile::GridTile;
-use crate::hits::NO_TRIANGLE;
 use crate::leaf::greatest_key;
-use crate::micropolygon::Sight;
 use crate::reyes::{FilmQuery, Item, Workspace, enter};
 use crate::sub_patch::SubPatch;
-use crate::surface_hits::{SurfaceRow, SurfaceWindow};
+use crate::surface_hits::SurfaceWindow;
 use crate::{Error, OnDemand, Stats};
 
 /// Finds what the rays of a tile see of some objects, and writes it.
@@ -42,13 +39,11 @@ pub(crate) fn see<S: OnDemand>(
             None => open(query, tile, work, &item, &mut stats),
         }
     }
-    let seen = |place: [u32; 2]| {
-        let ray = || tile.origin.ray(tile.film.at(rect.x0 + place[0], rect.y0 + place[1]));
-        work.samples.seen(place, ray)
-    };
-    for (y, row) in (0..).zip(&mut window.rows) {
-        (0..rect.width()).for_each(|x| row.put(x as usize, seen([x, y])));
-    }
+    dispatch!(query.level, simd => {
+        for (y, row) in (0..).zip(&mut window.rows) {
+            work.samples.write(simd, tile, y, row);
+        }
+    });
     Ok(stats)
 }
 
@@ -64,10 +59,8 @@ fn open<S: OnDemand>(
     opened.clear();
     dicer.open(&item.piece, &item.bounds, opened, stats);
     let first = stack.len();
-    stack.extend(opened.iter().filter_map(|piece: &Piece<S::Object>| {
-        let bounds = piece.bounds(query.surfaces);
-        enter(&Item { piece: *piece, bounds, t: 0.0 }, &tile.frustum, stats)
-    }));
+    let parts = opened.iter().map(|piece| Item::new(*piece, query.surfaces));
+    stack.extend(parts.filter_map(|part| enter(&part, &tile.frustum, stats)));
     sort_far_first(&mut stack[first..]);
 }
 
@@ -108,13 +101,4 @@ fn dice<S: OnDemand>(
 /// Sorts so that the nearest is the last.
 fn sort_far_first<O>(items: &mut [Item<O>]) {
     items.sort_unstable_by(|one, other| other.t.total_cmp(&one.t));
-}
-
-impl SurfaceRow<'_> {
-    /// Writes what a ray sees.
-    pub(crate) fn put(&mut self, ray: usize, seen: Option<(u32, Sight)>) {
-        let miss = Sight { t: f32::INFINITY, uv: [f32::NAN; 2], normal: [f32::NAN; 3] };
-        let (id, Sight { t, uv, normal }) = seen.unwrap_or((NO_TRIANGLE, miss));
-        (self.ids[ray], self.ts[ray], self.uvs[ray], self.normals[ray]) = (id, t, uv, normal);
-    }
 }

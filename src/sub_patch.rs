@@ -59,7 +59,7 @@ impl Dyadic {
 
 /// index/2^level: exact.
 fn dyadic(index: u64, level: u8) -> f64 {
-    index as f64 / (1_u64 << level) as f64
+    index as f64 * (1.0 / (1_u64 << level) as f64)
 }
 
 /// 2^s segments per unit of a parameter, or none yet.
@@ -169,5 +169,26 @@ impl SubPatch {
                 side.at(places[axis], bits_here)
             }
         })
+    }
+
+    /// The parameters of all points of the grid, row by row: v grows from row to row.
+    pub(crate) fn grid(&self, bits: [u8; 2], parameters: &mut Vec<[f64; 2]>) {
+        let [across, along] = bits.map(|bits| 1_u32 << bits);
+        let mut inner = [[0.0; 2]; 1 << GRID_BITS];
+        for (u, inner) in (0..across).zip(&mut inner) {
+            inner[0] = self.sides[0].at(u, bits[0]);
+        }
+        let inner = &mut inner[1..across as usize];
+        for v in 0..=along {
+            if v == 0 || v == along {
+                parameters.extend((0..=across).map(|u| self.parameters(bits, [u, v])));
+                continue;
+            }
+            let at = self.sides[1].at(v, bits[1]);
+            inner.iter_mut().for_each(|point| point[1] = at);
+            parameters.push(self.parameters(bits, [0, v]));
+            parameters.extend_from_slice(inner);
+            parameters.push(self.parameters(bits, [across, v]));
+        }
     }
 }

@@ -20,7 +20,14 @@ impl Triangles<'_> {
     /// When there is no such triangle.
     #[must_use]
     pub fn barycentrics(&self, id: TriangleId, ray: &Ray) -> [f64; 3] {
-        weights(&self.triangle(id.0), ray)
+        let Triangle { a, b, c } = self.triangle(id.0);
+        let edge = |from: DVec3, to: DVec3| Cross::of(from - ray.origin, to - from).dot(ray.direction).value;
+        let weights = [edge(b, c), edge(c, a), edge(a, b)];
+        let sum = weights[0] + weights[1] + weights[2];
+        // Rounding can leave a weight on the wrong side of zero: it lies on the edge.
+        let weights = weights.map(|w| if (w > 0.0) == (sum > 0.0) { w.abs() } else { 0.0 });
+        let sum = weights[0] + weights[1] + weights[2];
+        if sum > 0.0 { weights.map(|w| w / sum) } else { [1.0 / 3.0; 3] }
     }
 
     /// Whether a triangle has no area: its corners are exactly collinear, or coincide. No ray hits it.
@@ -38,24 +45,9 @@ impl Triangles<'_> {
     /// When there is no such triangle.
     #[must_use]
     pub fn normal(&self, id: TriangleId) -> DVec3 {
-        normal(&self.triangle(id.0))
+        let Triangle { a, b, c } = self.triangle(id.0);
+        unit(Cross::of(unit_scale(b - a), unit_scale(c - a)).value)
     }
-}
-
-/// The weights of the corners where the ray meets the triangle's plane.
-pub(crate) fn weights(&Triangle { a, b, c }: &Triangle, ray: &Ray) -> [f64; 3] {
-    let edge = |from: DVec3, to: DVec3| Cross::of(from - ray.origin, to - from).dot(ray.direction).value;
-    let weights = [edge(b, c), edge(c, a), edge(a, b)];
-    let sum = weights[0] + weights[1] + weights[2];
-    // Rounding can leave a weight on the wrong side of zero: it lies on the edge.
-    let weights = weights.map(|w| if (w > 0.0) == (sum > 0.0) { w.abs() } else { 0.0 });
-    let sum = weights[0] + weights[1] + weights[2];
-    if sum > 0.0 { weights.map(|w| w / sum) } else { [1.0 / 3.0; 3] }
-}
-
-/// The normal (b − a)×(c − a), of unit length or zero.
-pub(crate) fn normal(&Triangle { a, b, c }: &Triangle) -> DVec3 {
-    unit(Cross::of(unit_scale(b - a), unit_scale(c - a)).value)
 }
 
 /// v over its largest component, so that products of two such neither overflow nor vanish; zero stays zero.

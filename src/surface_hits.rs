@@ -1,6 +1,8 @@
 //! What rays see of surfaces on demand: ids, distances, parameters and normals, and rectangles of them to be written.
 
 use crate::hits::NO_TRIANGLE;
+use crate::lanes::{LANES, bits};
+use crate::sights::Sights;
 use crate::window::Rect;
 
 /// The nearest surfaces of a set of rays, in the order of the rays.
@@ -13,13 +15,13 @@ pub struct SurfaceHits {
 }
 
 impl SurfaceHits {
-    /// As many misses as there are rays.
-    pub(crate) fn missed(rays: usize) -> Self {
+    /// Room for some rays that are all going to be written. New memory is made of zeros that nobody has touched yet.
+    pub(crate) fn with_room(rays: usize) -> Self {
         Self {
-            ids: vec![NO_TRIANGLE; rays],
-            ts: vec![f32::INFINITY; rays],
-            uvs: vec![[f32::NAN; 2]; rays],
-            normals: vec![[f32::NAN; 3]; rays],
+            ids: vec![0; rays],
+            ts: vec![0.0; rays],
+            uvs: vec![[0.0; 2]; rays],
+            normals: vec![[0.0; 3]; rays],
         }
     }
 
@@ -76,6 +78,28 @@ pub(crate) struct SurfaceRow<'a> {
 }
 
 impl SurfaceRow<'_> {
+    /// Writes what some of eight rays from one on see.
+    #[inline(always)]
+    pub(crate) fn put(&mut self, first: usize, lanes: u64, ids: &[u32; LANES], sights: &Sights) {
+        let Sights { ts, uvs, normals } = sights;
+        for lane in bits(lanes) {
+            let ray = first + lane;
+            (self.ids[ray], self.ts[ray]) = (ids[lane], ts[lane]);
+            self.uvs[ray] = uvs.each_ref().map(|part| part[lane]);
+            self.normals[ray] = normals.each_ref().map(|part| part[lane]);
+        }
+    }
+
+    /// Notes that some of eight rays from one on have hit nothing.
+    #[inline(always)]
+    pub(crate) fn miss(&mut self, first: usize, lanes: u64) {
+        for lane in bits(lanes) {
+            let ray = first + lane;
+            (self.ids[ray], self.ts[ray]) = (NO_TRIANGLE, f32::INFINITY);
+            (self.uvs[ray], self.normals[ray]) = ([f32::NAN; 2], [f32::NAN; 3]);
+        }
+    }
+
     /// The first rays, and the rest.
     fn split(self, rays: usize) -> [Self; 2] {
         let (ids, more_ids) = self.ids.split_at_mut(rays);
@@ -111,6 +135,13 @@ impl<'a> SurfaceWindow<'a> {
             windows.push(Self { rect: Rect { x0: 0, y0: 0, x1: width, y1: height }, rows });
         }
         windows
+    }
+
+    /// Notes that no ray has hit anything.
+    pub(crate) fn miss(&mut self) {
+        for row in &mut self.rows {
+            (0..row.ids.len()).for_each(|ray| row.miss(ray, 1));
+        }
     }
 
     /// The halves of the longer side, cut between tiles.
