@@ -4,6 +4,7 @@
 
 #![expect(clippy::print_stdout, reason = "an example tells what it found")]
 
+use std::f32::consts::PI;
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -25,7 +26,7 @@ impl OnDemand for Torus {
     fn bounds(&self, (): &(), Domain { u, v }: Domain) -> Aabb {
         let mut middle = Vec::new();
         self.evaluate(&(), &[[(u[0] + u[1]) / 2.0, (v[0] + v[1]) / 2.0]], &mut middle);
-        let reach = ((u[1] - u[0]) + (v[1] - v[0])) as f32 * 5.0 * 3.1416 + 1e-5;
+        let reach = ((u[1] - u[0]) + (v[1] - v[0])) as f32 * 5.0 * PI + 1e-5;
         Aabb { lo: middle[0].map(|x| x - reach), hi: middle[0].map(|x| x + reach) }
     }
 

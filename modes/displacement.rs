@@ -69,7 +69,7 @@ impl Displacement {
     /// A point moved along a normal.
     pub(crate) fn displaced(&self, point: DVec3, normal: DVec3, uv: impl FnOnce() -> [f64; 2]) -> DVec3 {
         let length = normal.dot(normal).sqrt();
-        if self.is_none() || !(length > 0.0) {
+        if self.is_none() || length.is_nan() || length == 0.0 {
             return point;
         }
         let height = self.height

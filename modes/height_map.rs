@@ -142,12 +142,12 @@ fn wrap(index: f64, count: usize) -> usize {
 /// The texels around an interval of a texture coordinate: one span, or two where the image begins again.
 fn spans(lo: f64, hi: f64, count: usize) -> impl Iterator<Item = [usize; 2]> {
     let (first, last) = (in_texels(lo, count).floor(), in_texels(hi, count).floor() + 1.0);
-    let all = !(last - first < (count - 1) as f64);
+    let some = last - first < (count - 1) as f64;
     let (start, end) = (wrap(first, count), wrap(last, count));
-    let spans = match (all, start <= end) {
-        (true, _) => [Some([0, count - 1]), None],
-        (false, true) => [Some([start, end]), None],
-        (false, false) => [Some([start, count - 1]), Some([0, end])],
+    let spans = match (some, start <= end) {
+        (false, _) => [Some([0, count - 1]), None],
+        (true, true) => [Some([start, end]), None],
+        (true, false) => [Some([start, count - 1]), Some([0, end])],
     };
     spans.into_iter().flatten()
 }

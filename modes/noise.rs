@@ -97,7 +97,8 @@ impl Noise {
         let (lo, hi) = (self.on_lattice(octave, extent.lo), self.on_lattice(octave, extent.hi));
         let (first, last) = (lo.floor(), hi.floor());
         // NaN, from a box without end, is no number of cells.
-        if !((last - first).max_element() < CELLS) {
+        let few = (last - first).max_element() < CELLS;
+        if !few {
             return [0.0, 1.0];
         }
         let mut range = [1.0_f64, 0.0_f64];

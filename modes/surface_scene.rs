@@ -55,7 +55,7 @@ pub fn load_surfaces(name: &str, options: SurfaceOptions) -> Result<SurfaceScene
     let rule = name.strip_prefix("builtin:").filter(|rule| RULES.contains(rule));
     let is_bpt = Path::new(name).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bpt"));
     if rule.is_none() && !is_bpt {
-        return Ok(SurfaceScene::of_mesh(load(name, options.load)?, options)?);
+        return SurfaceScene::of_mesh(load(name, options.load)?, options);
     }
     if options.subdivide || !options.displacement.is_none() {
         return Err(Error::Usage(format!(

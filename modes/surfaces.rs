@@ -8,7 +8,6 @@ use crate::{
 
 /// A surface that is made where rays are.
 #[derive(Debug, Clone, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "there is one per scene")]
 pub enum Surfaces {
     /// Bicubic Bézier patches.
     Patches(BezierPatches),

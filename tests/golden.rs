@@ -42,7 +42,7 @@ const PICTURES: [(&str, &str); 19] = [
     ),
     ("cornell-distances", "shadow builtin:cornell --light 278,400,279.5 --cube-size 64 -o picture.png"),
     ("teapot", "reyes builtin:teapot --size 240x150 --samples 4"),
-    ("field", "reyes builtin:field --size 240x135 --samples 4"),
+    ("field", "reyes builtin:field --size 240x135"),
     (
         "cornell-reyes",
         "reyes builtin:cornell --subdivide --displace noise:0.02,3 --height 30 --size 180x180 --samples 4",

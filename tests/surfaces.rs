@@ -12,6 +12,8 @@ mod displacement;
 mod meshes;
 #[path = "surfaces/patches.rs"]
 mod patches;
+#[path = "surfaces/plain.rs"]
+mod plain;
 mod support;
 
 use umbel::{Aabb, Domain, OnDemand};
