@@ -124,6 +124,9 @@ pub fn dice_all<S: OnDemand>(
 ) -> Result<DicedTriangles, Error> {
     dicing.check()?;
     let density = Density::new(pencil)?;
+    if pencil.is_empty() {
+        return Ok(DicedTriangles::default());
+    }
     in_pool(|| {
         let mut diced = dice_pieces(surfaces, &density, dicing)?;
         if diced.indices.len() >= NO_TRIANGLE as usize {

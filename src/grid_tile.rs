@@ -87,7 +87,8 @@ impl GridTile<'_> {
         let corners = Points { x, y, z }.minus(Points::splat(simd, self.pixels.base));
         let [least_t, error_t] = self.pixels.regular_from(bounds.reach(self.pixels.base));
         let ([x, y], key, regular) = self.pixels.place(simd, corners, least_t);
-        if regular.to_bitmask() != 0xFF {
+        let near = x.abs().max(y.abs()).simd_lt(f64::from(IRREGULAR));
+        if regular.to_bitmask() & near.to_bitmask() != 0xFF {
             return false;
         }
         let sides = [(x, self.rect.width()), (y, self.rect.height())].map(|(places, size)| {
@@ -166,10 +167,10 @@ impl GridTile<'_> {
                     let places = [x.to_array(), y.to_array()];
                     self.offer(samples, first, (places, keys), found.map(|[s, m]| [s & inside, m & inside]));
                 }
-                x = x + 1.0;
+                x += 1.0;
                 inside &= x.simd_le(x1).to_bitmask();
             }
-            y = y + 1.0;
+            y += 1.0;
             in_rows &= y.simd_le(y1).to_bitmask();
         }
     }

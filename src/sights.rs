@@ -48,11 +48,10 @@ impl Seen {
     /// Puts a triangle into a lane.
     #[inline(always)]
     pub(crate) fn set(&mut self, lane: usize, corners: [[f32; 3]; 3], parameters: [[f64; 2]; 3]) {
-        for corner in 0..3 {
-            self.corners[corner][lane] = corners[corner];
-            for axis in 0..2 {
-                self.parameters[corner][axis][lane] = parameters[corner][axis];
-            }
+        let stored = self.corners.iter_mut().zip(&mut self.parameters);
+        for ((stored_corner, stored_uv), (corner, uv)) in stored.zip(corners.into_iter().zip(parameters)) {
+            stored_corner[lane] = corner;
+            stored_uv.iter_mut().zip(uv).for_each(|(stored, parameter)| stored[lane] = parameter);
         }
     }
 

@@ -20,7 +20,9 @@
 
 use crate::Domain;
 
-/// The most segments along an edge of a grid: two to the power of this.
+/// The most segments along an edge of a grid: two to the power of this. For a displaced sheet at 1920x1080 and half a pixel,
+/// grids of up to 8 segments took half as long again as those of up to 16, as every part is measured; those of up to 32 took
+/// 5 % less time, but made a fifth more micropolygons, which costs more where points are dearer.
 pub(crate) const GRID_BITS: u8 = 4;
 /// The most halvings of a patch along one parameter.
 pub(crate) const MAX_LEVEL: u8 = 20;

@@ -83,9 +83,9 @@ impl Sphere {
         let [least, most] = [0, 1].map(|end| sides.iter().map(|&side| square(side)[end]).sum::<f64>().sqrt());
         let radii = [self.radius.min(self.radius + self.height), self.radius.max(self.radius + self.height)];
         let mut bounds = Aabb::EMPTY;
-        for k in 0..3 {
+        for (k, ends_of_side) in sides.into_iter().enumerate() {
             let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
-            for side in sides[k] {
+            for side in ends_of_side {
                 for length in [least, most] {
                     for radius in radii {
                         let x = self.centre[k] + side / length * radius;
