@@ -83,7 +83,7 @@ fn rule(name: &str) -> Result<Rule, Error> {
         }
         ("cornell", None) => Ok(Rule::Cornell),
         _ => Err(Error::Usage(format!(
-            "builtin:{name}: no such scene; there are builtin:umbel, builtin:umbel:N (about N triangles) and builtin:cornell"
+            "builtin:{name}: no such scene; there are builtin:umbel, builtin:umbel:N (about N triangles) and builtin:cornell, and for umbel reyes builtin:teapot, builtin:terrain and builtin:field"
         ))),
     }
 }

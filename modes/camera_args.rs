@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use serde::Deserialize;
-use umbel::{Camera, Error, Lens, Scene, builtin_view};
+use umbel::{Aabb, BuiltinView, Camera, Error, Lens, Scene, builtin_view};
 
 use crate::parse::{parse_size, parse_vector};
 
@@ -17,6 +17,13 @@ pub(crate) enum LensArg {
     Cube,
 }
 
+impl LensArg {
+    /// Whether straight lines may be bent in the picture.
+    pub(crate) fn bends_lines(self) -> bool {
+        matches!(self, Self::Equirect | Self::Fisheye)
+    }
+}
+
 /// Where the rays come from. Without options the scene is framed from (1, 0.7, 1).
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]
@@ -26,7 +33,7 @@ pub(crate) struct CameraArgs {
     pub(crate) eye: Option<DVec3>,
 
     /// World units from the lower to the upper edge of an ortho picture
-    #[arg(long, value_name = "UNITS")]
+    #[arg(long, value_name = "UNITS", allow_hyphen_values = true)]
     pub(crate) height: Option<f64>,
 
     /// The lens
@@ -109,22 +116,32 @@ impl CameraArgs {
 
     /// The camera with what was given, and what suits the scene for the rest.
     fn framing(&self, scene: &Scene) -> Result<Camera, Error> {
+        if self.height.is_some() && self.lens != LensArg::Ortho {
+            return Err(Error::Usage("--height goes with --camera ortho".into()));
+        }
+        let view = scene.name.strip_prefix("builtin:").and_then(builtin_view);
+        self.framing_of(&scene.bounds(), view, self.height)
+    }
+
+    /// The camera for a box, with a curated view or none, where an ortho picture shows so many world units.
+    pub(crate) fn framing_of(
+        &self,
+        bounds: &Aabb,
+        view: Option<BuiltinView>,
+        film_height: Option<f64>,
+    ) -> Result<Camera, Error> {
         let (width, height) = match self.lens {
             LensArg::Cube => (self.view.cube_size.unwrap_or(1024), self.view.cube_size.unwrap_or(1024)),
             _ => self.view.size.unwrap_or((1280, 720)),
         };
         let lens = match self.lens {
             LensArg::Pinhole => Lens::Pinhole { fov: self.view.fov.unwrap_or(45.0) },
-            LensArg::Ortho => Lens::Ortho { height: self.height.unwrap_or(0.0) },
+            LensArg::Ortho => Lens::Ortho { height: film_height.unwrap_or(0.0) },
             LensArg::Equirect => Lens::Equirect,
             LensArg::Fisheye => Lens::Fisheye { fov: self.view.fov.unwrap_or(180.0) },
             LensArg::Cube => Lens::Cube,
         };
-        if self.height.is_some() && self.lens != LensArg::Ortho {
-            return Err(Error::Usage("--height goes with --camera ortho".into()));
-        }
-        let mut camera = Camera::framing(&scene.bounds(), DVec3::new(1.0, 0.7, 1.0), lens, width, height);
-        let view = scene.name.strip_prefix("builtin:").and_then(builtin_view);
+        let mut camera = Camera::framing(bounds, DVec3::new(1.0, 0.7, 1.0), lens, width, height);
         if let (Some(view), Lens::Pinhole { .. }, None, None) = (view, lens, self.eye, self.view.target) {
             camera.eye = DVec3::from_array(view.eye);
             camera.target = DVec3::from_array(view.target);
@@ -134,7 +151,7 @@ impl CameraArgs {
         camera.eye = self.eye.unwrap_or(camera.eye);
         camera.target = self.view.target.unwrap_or(camera.target);
         camera.up = self.view.up.unwrap_or(camera.up);
-        if let (Lens::Ortho { .. }, Some(height)) = (lens, self.height) {
+        if let (Lens::Ortho { .. }, Some(height)) = (lens, film_height) {
             camera.lens = Lens::Ortho { height };
         }
         Ok(camera)

@@ -10,6 +10,7 @@ use crate::camera_args::CameraArgs;
 use crate::parse::parse_bytes;
 use crate::picture_args::PictureArgs;
 use crate::probe_args::ProbeArgs;
+use crate::reyes_args::ReyesArgs;
 use crate::shadow_args::{LightArgs, ShadowArgs};
 
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 runtime failure, 2 usage, 3 bad input, 4 limit hit, \
@@ -137,6 +138,8 @@ pub(crate) enum Command {
     Shadow(ShadowArgs),
     /// Bake ambient occlusion: into a texture, at vertices, or at points
     Bake(BakeArgs),
+    /// Render displaced, subdivided and procedural surfaces, made on demand where the rays are
+    Reyes(Box<ReyesArgs>),
     /// Check pencils against the general path and against tiny-skia, on your own scene
     Verify(VerifyArgs),
     /// Print counts, bounds, and degenerate and non-finite elements

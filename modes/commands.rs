@@ -96,7 +96,7 @@ pub(crate) fn see(
         _ => None,
     };
     progress.finish_and_clear();
-    let picture = Picture { scene, shape, buffer: &buffer };
+    let picture = Picture { shape, seen: &(&buffer, scene) };
     timed(&mut times.write, || picture.write(files, linear, &mut hash))?;
 
     if common.verbose {

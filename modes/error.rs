@@ -61,16 +61,17 @@ impl Error {
     }
 }
 
+/// The remedy for a line of text that cannot be read.
+pub(crate) const CORRECT_LINE: &str = "Correct the line, or export the file again.";
+
 /// What is wrong in a file whose path the caller knows.
 #[derive(Debug)]
-#[cfg(any(feature = "gltf", feature = "obj"))]
 pub(crate) struct Problem {
     pub(crate) line: Option<u64>,
     pub(crate) what: String,
     pub(crate) remedy: &'static str,
 }
 
-#[cfg(any(feature = "gltf", feature = "obj"))]
 impl Problem {
     /// The error that names the file as well.
     pub(crate) fn at(self, path: &std::path::Path) -> Error {

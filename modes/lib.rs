@@ -21,10 +21,10 @@
 //! ```
 
 pub use umbel_core::{
-    Aabb, Above, Accuracy, Cone, Film, Frame, Frustum, GridFilm, Grouping, Hemisphere, Hit, Hits, Isa,
-    NO_TRIANGLE, Occlusion, OpenRays, Options, Origin, Path, Pencil, Ray, RaySample, RaySamples, Rays,
-    Receiver, Segment, Side, Stats, TileStats, TriangleId, Triangles, any_hit, blocked, closest_hit, glam,
-    open_rays, shadowed,
+    Aabb, Above, Accuracy, Cone, DicedTriangles, Dicing, Domain, Film, Frame, Frustum, GridFilm, Grouping,
+    Hemisphere, Hit, Hits, Isa, NO_TRIANGLE, Occlusion, OnDemand, OpenRays, Options, Origin, Path, Pencil,
+    Ray, RaySample, RaySamples, Rays, Receiver, Segment, Side, Stats, SurfaceHits, TileStats, TriangleId,
+    Triangles, any_hit, blocked, closest_hit, closest_hit_on_demand, dice_all, glam, open_rays, shadowed,
 };
 
 mod ambient;
@@ -32,15 +32,24 @@ mod atlas;
 mod atlas_block;
 mod bake;
 mod bake_options;
+mod bezier;
+mod bicubic;
+mod bpt;
 mod builtin;
+mod cage;
+mod cage_builder;
 mod camera;
 mod charts;
 mod cornell;
 mod cube_lookup;
+mod displaced;
+mod displacement;
 #[cfg(feature = "obj")]
 mod ear_clip;
 mod error;
 mod exr_file;
+mod extent;
+mod field;
 mod flower;
 mod foliage;
 mod footprint;
@@ -69,15 +78,20 @@ mod gltf_texture;
 #[cfg(feature = "gltf")]
 mod gltf_vertex;
 mod hammersley;
+mod height_map;
 mod info;
 mod ktx2_file;
 mod lamps;
 mod light_map;
+mod limit_masks;
+mod limit_surface;
 mod load;
 mod map_compare;
 mod mesh_ply;
 #[cfg(feature = "obj")]
 mod mtl;
+mod neighbourhood;
+mod noise;
 mod npy;
 mod npy_reader;
 #[cfg(feature = "obj")]
@@ -88,18 +102,27 @@ mod obj_source;
 mod obj_text;
 mod occluders;
 mod output;
+mod patch_tree;
 mod pattern;
+mod plane_noise;
 mod png_file;
 mod point_cloud;
 mod point_receivers;
+mod polygons;
 mod primary;
 mod raster;
+mod reyes;
 mod sample_sets;
 mod scene;
 mod shade;
 mod shading_normal;
 mod shadow;
+mod subdivision;
+mod surface_scene;
+mod surfaces;
 mod sweep;
+mod teapot;
+mod terrain;
 mod texel_receivers;
 mod texels;
 mod uv_check;
@@ -129,6 +152,20 @@ pub use cube_lookup::CubeMap;
 pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil};
 pub use map_compare::{MapErrors, compare_maps};
 pub use shadow::{MaskCounts, Receivers, point_light, receivers, shadow_masks, sun_light};
+
+pub use bezier::BezierPatches;
+pub use bpt::read_bpt;
+pub use displaced::{DisplacedMesh, FaceObject};
+pub use displacement::{Displacement, Relief};
+pub use field::{Field, FieldObject};
+pub use height_map::HeightMap;
+pub use noise::Noise;
+pub use patch_tree::Node;
+pub use reyes::{SurfaceBuffer, surface_preview, surface_visibility};
+pub use subdivision::{Creases, SubdivisionSurface};
+pub use surface_scene::{SurfaceOptions, SurfaceScene, load_surfaces, surface_view};
+pub use surfaces::{SurfaceObject, Surfaces};
+pub use terrain::Terrain;
 
 pub use atlas::{Atlas, AtlasOptions, TexelReceiver};
 pub use bake::{Bake, BakeReceivers, Baked, TracedRay};

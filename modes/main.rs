@@ -17,6 +17,8 @@ mod picture_args;
 mod probe_args;
 mod probe_command;
 mod report;
+mod reyes_args;
+mod reyes_command;
 mod shadow_args;
 mod shadow_command;
 mod shadow_files;
@@ -53,6 +55,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Visible(args) => visible_command::visible_triangles(args, &cli.common),
         Command::Shadow(args) => shadow_command::shadow(args, &cli.common),
         Command::Bake(args) => bake_command::bake(args, &cli.common),
+        Command::Reyes(args) => reyes_command::reyes(args, &cli.common),
         Command::Verify(args) => commands::verify_scene(args, &cli.common),
         Command::Info(args) => commands::info_scene(args, &cli.common),
     })

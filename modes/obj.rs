@@ -162,7 +162,12 @@ fn take_faces(
         }
         polygon.clear();
         polygon.extend(corners.iter().map(|&corner| scene.positions[corner as usize]));
+        // In range: indices of corners are 32 bits wide.
+        scene.face_corners.push(corners.len() as u32);
         take_face(scene, mesh, range, &triangulate(&polygon));
+    }
+    if scene.face_corners.iter().all(|&corners| corners == 3) {
+        scene.face_corners = Vec::new();
     }
     firsts.resize(source.parts.len() + 1, scene.triangles.len());
     let vertices = spoilt.iter().filter(|&&is_spoilt| is_spoilt).count();

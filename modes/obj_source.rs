@@ -14,8 +14,8 @@
 use std::fmt::Write as _;
 use std::io::{self, BufRead, Read};
 
-use crate::error::Problem;
-use crate::obj_text::{CORRECT_LINE, Statements, keyword, words};
+use crate::error::{CORRECT_LINE, Problem};
+use crate::obj_text::{Statements, keyword, words};
 use crate::scene::NO_INDEX;
 
 /// Corners per polygon of the preamble. Any number would do; this one keeps lines short.

@@ -6,8 +6,6 @@ use std::borrow::Cow;
 
 use crate::error::Problem;
 
-pub(crate) const CORRECT_LINE: &str = "Correct the line, or export the file again.";
-
 /// The text behind a byte order mark, if the bytes are text in UTF-8 or in anything that shares ASCII with it.
 pub(crate) fn text_of(bytes: &[u8]) -> Result<&[u8], Problem> {
     if bytes.starts_with(&[0xFE, 0xFF]) || bytes.starts_with(&[0xFF, 0xFE]) {

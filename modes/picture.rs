@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use umbel::{
-    Aov, AovData, Array, Camera, Channel, Error, Lens, Origin, Samples, Scene, Shot, VisibilityBuffer,
-    srgb_encode, write_exr, write_npy, write_ply, write_png_rgb8,
+    Aov, AovData, Array, Camera, Channel, Error, Lens, Origin, Samples, Scene, SeenPoint, Shot,
+    SurfaceBuffer, VisibilityBuffer, srgb_encode, write_exr, write_npy, write_ply, write_png_rgb8,
 };
 
 use crate::picture_args::PictureArgs;
@@ -43,10 +43,36 @@ pub(crate) struct Files<'a> {
 
 /// A rendered picture, from which files are made.
 pub(crate) struct Picture<'a> {
-    pub(crate) scene: &'a Scene,
     /// The extents of the pixels, the slowest first.
     pub(crate) shape: Vec<u32>,
-    pub(crate) buffer: &'a VisibilityBuffer,
+    pub(crate) seen: &'a dyn Seen,
+}
+
+/// What rays have hit, from which quantities are derived.
+pub(crate) trait Seen {
+    fn derive(&self, aov: Aov) -> Result<AovData, Error>;
+
+    fn points(&self) -> Result<Vec<SeenPoint>, Error>;
+}
+
+impl Seen for (&VisibilityBuffer, &Scene) {
+    fn derive(&self, aov: Aov) -> Result<AovData, Error> {
+        self.0.derive(aov, self.1)
+    }
+
+    fn points(&self) -> Result<Vec<SeenPoint>, Error> {
+        self.0.points(self.1)
+    }
+}
+
+impl Seen for SurfaceBuffer {
+    fn derive(&self, aov: Aov) -> Result<AovData, Error> {
+        self.derive(aov)
+    }
+
+    fn points(&self) -> Result<Vec<SeenPoint>, Error> {
+        self.points()
+    }
 }
 
 impl Picture<'_> {
@@ -59,7 +85,7 @@ impl Picture<'_> {
     ) -> Result<(), Error> {
         let mut channels = Vec::new();
         for (aov, file) in &files.args.aovs {
-            let data = self.buffer.derive(*aov, self.scene)?;
+            let data = self.seen.derive(*aov)?;
             hash_data(hash, &data);
             match file {
                 Some(file) => write_npy(file, &self.shape_of(&data), array(&data))?,
@@ -72,7 +98,7 @@ impl Picture<'_> {
         match linear {
             Some(linear) => self.write_preview(output, linear, channels, hash),
             None => {
-                let points = self.buffer.points(self.scene)?;
+                let points = self.seen.points()?;
                 points.iter().for_each(|point| _ = hash.update(&point.to_le_bytes()));
                 write_ply(output, &points)
             }
@@ -154,6 +180,7 @@ fn exr_channels(aov: Aov, data: AovData) -> Vec<Channel> {
         Aov::Position => &["P.X", "P.Y", "P.Z"],
         Aov::Work => &["work"],
         Aov::Bary => &["bary.u", "bary.v"],
+        Aov::Uv => &["uv.u", "uv.v"],
     };
     split(names, data)
 }

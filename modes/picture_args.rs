@@ -15,7 +15,7 @@ pub(crate) struct PictureArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
-    /// id, depth, distance, normal, position, bary, object or work (a heat map): NAME=FILE.npy, or NAME alone to add it to the EXR
+    /// id, depth, distance, normal, position, bary, uv, object or work (a heat map): NAME=FILE.npy, or NAME alone to add it to the EXR
     #[arg(long = "aov", value_name = "NAME[=FILE.npy]", value_parser = parse_aov)]
     pub(crate) aovs: Vec<(Aov, Option<PathBuf>)>,
 
@@ -96,11 +96,12 @@ fn parse_aov(text: &str) -> Result<(Aov, Option<PathBuf>), String> {
         "normal" => Aov::Normal,
         "position" => Aov::Position,
         "bary" => Aov::Bary,
+        "uv" => Aov::Uv,
         "object" => Aov::Object,
         "work" => Aov::Work,
         _ => {
             return Err(format!(
-                "{name} is none of id, depth, distance, normal, position, bary, object, work"
+                "{name} is none of id, depth, distance, normal, position, bary, uv, object, work"
             ));
         }
     };

@@ -184,14 +184,25 @@ fn encode((width, height): (u32, u32), pixels: &[u8], color: ExtendedColorType) 
 ///
 /// [`Error::Input`] if there is no such file, or if it is not a PNG that can be decoded.
 pub fn read_png_rgb8(path: &Path) -> Result<(u32, u32, Vec<u8>), Error> {
-    let image = decode(path).map_err(|error| Error::Input {
+    let image = read_png(path)?.into_rgb8();
+    Ok((image.width(), image.height(), image.into_raw()))
+}
+
+/// Reads an image as one number from 0 to 65535 per pixel: width, height and pixels. Colours become their luminance, opacity is
+/// dropped.
+pub(crate) fn read_png_gray16(path: &Path) -> Result<(u32, u32, Vec<u16>), Error> {
+    let image = read_png(path)?.into_luma16();
+    Ok((image.width(), image.height(), image.into_raw()))
+}
+
+/// Decodes a file, or says why not.
+fn read_png(path: &Path) -> Result<image::DynamicImage, Error> {
+    decode(path).map_err(|error| Error::Input {
         path: path.to_owned(),
         line: None,
         problem: format!("cannot read this as a PNG image: {error}"),
         remedy: "check the name, or write the file again".into(),
-    })?;
-    let image = image.into_rgb8();
-    Ok((image.width(), image.height(), image.into_raw()))
+    })
 }
 
 /// Decodes a file whose header cannot make the reader ask for more memory than the file may need.

@@ -44,14 +44,18 @@ impl VisibilityBuffer {
     /// When the scene is refused.
     pub fn points(&self, scene: &Scene) -> Result<Vec<SeenPoint>, Error> {
         let (positions, normals) = (self.derive(Aov::Position, scene)?, self.derive(Aov::Normal, scene)?);
-        let (AovData::F32(_, positions), AovData::F32(_, normals)) = (positions, normals) else {
-            return Ok(Vec::new());
-        };
-        let places = positions.as_chunks().0.iter().zip(normals.as_chunks().0);
-        let points = self.ids().into_iter().zip(places);
-        let hits = points.filter(|(id, _)| *id != NO_TRIANGLE);
-        Ok(hits.map(|(id, (&position, &normal))| SeenPoint { position, normal, id }).collect())
+        Ok(seen_points(self.ids(), &positions, &normals))
     }
+}
+
+/// The points of pixels with a hit.
+pub(crate) fn seen_points(ids: Vec<u32>, positions: &AovData, normals: &AovData) -> Vec<SeenPoint> {
+    let (AovData::F32(_, positions), AovData::F32(_, normals)) = (positions, normals) else {
+        return Vec::new();
+    };
+    let places = positions.as_chunks().0.iter().zip(normals.as_chunks().0);
+    let hits = ids.into_iter().zip(places).filter(|(id, _)| *id != NO_TRIANGLE);
+    hits.map(|(id, (&position, &normal))| SeenPoint { position, normal, id }).collect()
 }
 
 /// Writes points as a PLY file.

@@ -12,9 +12,9 @@ use umbel_core::{
     Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Ray, Stats, TileStats, Triangles, closest_hit,
 };
 
-use crate::camera::{Camera, Lens, Shot};
+use crate::camera::{Camera, Shot};
 use crate::lamps::Lamps;
-use crate::shade::{Shader, background};
+use crate::shade::{Shader, background_of};
 use crate::{Error, Scene};
 
 /// (id, t) of each ray of a camera, with the rays.
@@ -45,6 +45,9 @@ pub enum Aov {
     Position,
     /// The barycentric weights of b and c; NaN for a miss.
     Bary,
+    /// The texture coordinates of the file, interpolated; of a surface on demand, (u, v) of its patch. NaN for a miss, and where
+    /// there are none.
+    Uv,
     /// The index of the object in file order; 0xFFFFFFFF for a miss.
     Object,
     /// Pairs of a ray and a triangle that were evaluated, per ray of the pixel's tile of 64x64 rays; NaN on the general
@@ -168,6 +171,14 @@ impl VisibilityBuffer {
             }
             Aov::Position => self.derived([f32::NAN; 3], |ray, hit| position(&triangles, ray, hit)),
             Aov::Work => AovData::F32(1, self.work()),
+            Aov::Uv => self.derived([f32::NAN; 2], |ray, hit| {
+                let weights = triangles.barycentrics(hit.id, ray);
+                scene.uv_corners(hit.id).map_or([f32::NAN; 2], |uvs| {
+                    let weighted =
+                        |k: usize| (0..3).map(move |corner| weights[corner] * f64::from(uvs[corner][k]));
+                    [0, 1].map(|k| weighted(k).fold(0.0, |sum, part| sum + part) as f32)
+                })
+            }),
             Aov::Bary => self.derived([f32::NAN; 2], |ray, hit| {
                 let [_, b, c] = triangles.barycentrics(hit.id, ray);
                 [b as f32, c as f32]
@@ -216,17 +227,11 @@ impl VisibilityBuffer {
 
     /// The linear preview of one pass.
     fn shade(&self, shader: &Shader<'_>, lamps: &Lamps<'_>, camera: &Camera) -> Vec<f32> {
-        let width = camera.width as usize;
-        let (rows, up) = (camera.rows() as usize, camera.up.normalize_or_zero());
         let of_ray = |k: usize| {
             let ray = self.shot.pencil.ray(k);
             match self.hits.get(k) {
                 Some(hit) => shader.shade((k, &ray), &hit, camera.up, lamps),
-                None if matches!(camera.lens, Lens::Pinhole { .. } | Lens::Ortho { .. }) => {
-                    background((k / width) as f32 / rows as f32)
-                }
-                // All around, the sky is where the ray points.
-                None => background((0.5 - 0.5 * ray.direction.normalize_or_zero().dot(up)) as f32),
+                None => background_of(camera, k, &ray),
             }
         };
         let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
@@ -235,16 +240,21 @@ impl VisibilityBuffer {
 
     /// Values of rays, each of `miss.len()` numbers, as values of pixels; pixels without a ray get `miss`.
     fn spread<T: Copy>(&self, of_rays: &[T], miss: &[T]) -> Vec<T> {
-        let Some(pixels) = &self.shot.pixels else {
-            return of_rays.to_vec();
-        };
-        let mut of_pixels = miss.repeat(self.pixels);
-        for (&pixel, values) in pixels.iter().zip(of_rays.chunks(miss.len())) {
-            let first = pixel as usize * miss.len();
-            of_pixels[first..first + miss.len()].copy_from_slice(values);
-        }
-        of_pixels
+        spread(&self.shot, self.pixels, of_rays, miss)
     }
+}
+
+/// Values of the rays of a shot, each of `miss.len()` numbers, as values of pixels; pixels without a ray get `miss`.
+pub(crate) fn spread<T: Copy>(shot: &Shot, count: usize, of_rays: &[T], miss: &[T]) -> Vec<T> {
+    let Some(pixels) = &shot.pixels else {
+        return of_rays.to_vec();
+    };
+    let mut of_pixels = miss.repeat(count);
+    for (&pixel, values) in pixels.iter().zip(of_rays.chunks(miss.len())) {
+        let first = pixel as usize * miss.len();
+        of_pixels[first..first + miss.len()].copy_from_slice(values);
+    }
+    of_pixels
 }
 
 /// The Euclidean distance from the start of a ray to what it sees, at most [`f32::MAX`]: +∞ is a miss.

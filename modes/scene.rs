@@ -44,6 +44,9 @@ pub struct Scene {
     pub positions: Vec<[f32; 3]>,
     /// Triangles in file order: indices into `positions`.
     pub triangles: Vec<[u32; 3]>,
+    /// Corners of each face of the file, in its order; empty where every face is a triangle. A face with n corners is n − 2
+    /// consecutive triangles.
+    pub face_corners: Vec<u32>,
     /// Vertex normals of the file, of any length; empty where the file has none.
     pub normals: Vec<[f32; 3]>,
     /// For each triangle, the indices of its corners' normals or [`NO_INDEX`]; empty where no triangle has normals.

@@ -10,6 +10,7 @@ use glam::DVec3;
 use umbel_core::{Hit, Ray, Triangles};
 
 use crate::Scene;
+use crate::camera::{Camera, Lens};
 use crate::lamps::Lamps;
 
 /// The light of the headlight: warm.
@@ -19,7 +20,7 @@ const DIMMED: f64 = 0.2;
 /// The light of the whole sky: cool.
 const SKY: [f64; 3] = [0.26, 0.32, 0.39];
 /// The albedo of what has no material.
-const CLAY: [f32; 3] = [0.72, 0.70, 0.66];
+pub(crate) const CLAY: [f32; 3] = [0.72, 0.70, 0.66];
 /// The background at the upper and the lower edge, linear.
 const BACKGROUND: [[f32; 3]; 2] = [[0.52, 0.64, 0.78], [0.93, 0.95, 0.97]];
 
@@ -52,13 +53,9 @@ impl<'a> Shader<'a> {
             .map_or(flat, |n| if n.dot(flat) < 0.0 { -n } else { n });
         // Seen from behind its own surface, an interpolated normal says nothing.
         let normal = if normal.dot(viewer) > 0.0 { normal } else { flat };
-        let headlight = normal.dot(viewer).max(0.0);
-        let sky = (1.0 + normal.dot(up.normalize_or_zero())) * 0.5;
-        let headlight = if lamps.is_empty() { headlight } else { headlight * DIMMED };
         let point = ray.origin + ray.direction * f64::from(hit.t);
-        let lamps = lamps.light_at(index, point, normal);
-        let albedo = self.albedo(hit.id.0);
-        [0, 1, 2].map(|k| albedo[k] * (HEADLIGHT[k] * headlight + SKY[k] * sky + lamps[k]) as f32)
+        let lamps = (!lamps.is_empty()).then(|| lamps.light_at(index, point, normal));
+        Look { albedo: self.albedo(hit.id.0), normal, viewer, up, lamps }.colour()
     }
 
     /// The diffuse colour of a triangle's material.
@@ -71,7 +68,41 @@ impl<'a> Shader<'a> {
     }
 }
 
+/// What a surface looks like.
+pub(crate) struct Look {
+    pub(crate) albedo: [f32; 3],
+    /// Of unit length, on the viewer's side.
+    pub(crate) normal: DVec3,
+    /// The unit direction toward the viewer.
+    pub(crate) viewer: DVec3,
+    pub(crate) up: DVec3,
+    /// What arrives from lights; `None` where there are none.
+    pub(crate) lamps: Option<[f64; 3]>,
+}
+
+impl Look {
+    /// The linear colour.
+    pub(crate) fn colour(&self) -> [f32; 3] {
+        let headlight = self.normal.dot(self.viewer).max(0.0);
+        let sky = (1.0 + self.normal.dot(self.up.normalize_or_zero())) * 0.5;
+        let headlight = if self.lamps.is_none() { headlight } else { headlight * DIMMED };
+        let lamps = self.lamps.unwrap_or_default();
+        [0, 1, 2].map(|k| self.albedo[k] * (HEADLIGHT[k] * headlight + SKY[k] * sky + lamps[k]) as f32)
+    }
+}
+
+/// The background that a ray of a camera sees.
+pub(crate) fn background_of(camera: &Camera, ray_index: usize, ray: &Ray) -> [f32; 3] {
+    if matches!(camera.lens, Lens::Pinhole { .. } | Lens::Ortho { .. }) {
+        let (width, rows) = (camera.width as usize, camera.rows() as usize);
+        return background((ray_index / width) as f32 / rows as f32);
+    }
+    // All around, the sky is where the ray points.
+    let up = camera.up.normalize_or_zero();
+    background((0.5 - 0.5 * ray.direction.normalize_or_zero().dot(up)) as f32)
+}
+
 /// The background from 0 (above) to 1 (below).
-pub(crate) fn background(height: f32) -> [f32; 3] {
+fn background(height: f32) -> [f32; 3] {
     [0, 1, 2].map(|k| BACKGROUND[0][k] + (BACKGROUND[1][k] - BACKGROUND[0][k]) * height)
 }

@@ -113,18 +113,18 @@ struct Primitive {
 impl LeafDepth for TileDepth {
     #[inline(always)]
     fn hides(&self, key: f64) -> bool {
-        self.blocks.hides(key)
+        self.keys.blocks.hides(key)
     }
 
     /// All of the rays are one part.
     #[inline(always)]
     fn meets<S: Simd>(&self, simd: S, rect: Rect, key: f32) -> u64 {
-        u64::from(!self.blocks.hides_in_rect(simd, rect, key))
+        u64::from(!self.keys.blocks.hides_in_rect(simd, rect, key))
     }
 
     #[inline(always)]
     fn refresh<S: Simd>(&mut self, simd: S) {
-        self.refresh_blocks(simd);
+        self.keys.refresh_blocks(simd);
     }
 
     #[inline(always)]
@@ -136,7 +136,7 @@ impl LeafDepth for TileDepth {
         greatest: f32,
         stats: &mut Stats,
     ) {
-        if !tile.work.depth.ready {
+        if !tile.work.depth.keys.ready {
             tile.work.depth.make_ready();
         }
         let record = tile.work.depth.next_record();
@@ -152,7 +152,7 @@ impl LeafDepth for TileDepth {
             let depth = &mut tile.work.depth;
             let [c, x, y, error] = tile.work.setups.key.each_ref().map(|part| part[lane % LANES]);
             depth.record(Record::new(id, [c, x, y], error));
-            depth.blocks.mark_stale(rect.y0..rect.y1);
+            depth.keys.blocks.mark_stale(rect.y0..rect.y1);
         }
     }
 }
@@ -204,7 +204,7 @@ impl Tile<'_, TileDepth> {
         let [_, along_x, along_y] = &setups.slope;
         let range = (along_x[lane].abs() + along_y[lane].abs()) * HALF;
         let nearest = Columns::new(simd, x, &setups.slope, lane).at(y) + (range + setups.bounds[1][lane]);
-        met &= !nearest.min(greatest).simd_lt(self.work.depth.blocks.far(simd, by)).to_bitmask();
+        met &= !nearest.min(greatest).simd_lt(self.work.depth.keys.blocks.far(simd, by)).to_bitmask();
         (met, inside & met)
     }
 
@@ -229,7 +229,7 @@ impl Tile<'_, TileDepth> {
             let y = j as f32;
             // Not behind what the ray has hit, and not outside for certain.
             let key = triangle.slope.at(y);
-            let (hi, near_lo) = (key + triangle.highest, self.work.depth.lo(simd, x, j));
+            let (hi, near_lo) = (key + triangle.highest, self.work.depth.keys.lo(simd, x, j));
             let least = if INSIDE { zero } else { triangle.least_edge(y) };
             let mut kept = hi.simd_ge(near_lo);
             if !INSIDE {
@@ -240,7 +240,7 @@ impl Tile<'_, TileDepth> {
                 continue;
             }
             // Before what the ray has hit, and inside, for certain.
-            let (lo, near_hi) = (key + triangle.lowest, self.work.depth.hi(simd, x, j));
+            let (lo, near_hi) = (key + triangle.lowest, self.work.depth.keys.hi(simd, x, j));
             let mut sure = lo.simd_gt(near_hi);
             if !INSIDE {
                 sure &= least.simd_gt(doubt);

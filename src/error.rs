@@ -94,6 +94,41 @@ pub enum Error {
     #[error("receivers that have directions of their own cannot be grouped by direction")]
     NoCommonDirections,
 
+    /// Surfaces on demand seen by a scattered film, whose rays have no density.
+    #[error(
+        "surfaces that are made on demand need rays on a grid: a scattered film has no density to dice by"
+    )]
+    ScatteredDensity,
+
+    /// A shading rate out of range.
+    #[error("shading rate {rate} must lie between 1/64 and 4096 pixels")]
+    ShadingRate {
+        /// The rate as given.
+        rate: f64,
+    },
+
+    /// A surface that gave a point with a NaN or an infinite coordinate.
+    #[error("surface {surface} is not finite at (u, v) = {parameters:?}: {position:?}")]
+    SurfacePoint {
+        /// The id of the surface.
+        surface: u32,
+        /// (u, v) of the patch.
+        parameters: [f64; 2],
+        /// The position as given.
+        position: [f32; 3],
+    },
+
+    /// A surface that gave more or fewer points than it was asked for.
+    #[error("surface {surface} gave {points} points for {parameters} parameters")]
+    SurfacePoints {
+        /// The id of the surface.
+        surface: u32,
+        /// The number of points.
+        points: usize,
+        /// The number of parameters.
+        parameters: usize,
+    },
+
     /// Instructions that this machine does not have.
     #[error("this machine has no {isa} instructions")]
     Isa {
@@ -114,7 +149,11 @@ impl Error {
     pub fn is_about_rays(&self) -> bool {
         !matches!(
             self,
-            Self::NonFinitePosition { .. } | Self::IndexOutOfRange { .. } | Self::TooManyTriangles { .. }
+            Self::NonFinitePosition { .. }
+                | Self::IndexOutOfRange { .. }
+                | Self::TooManyTriangles { .. }
+                | Self::SurfacePoint { .. }
+                | Self::SurfacePoints { .. }
         )
     }
 }

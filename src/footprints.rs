@@ -40,7 +40,7 @@ const KEY_SLACK: f64 = 1.0 / (1 << 22) as f64;
 /// Columns, rows and t of points, as functionals of A.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pixels {
-    base: DVec3,
+    pub(crate) base: DVec3,
     perspective: bool,
     column: Functional,
     row: Functional,
@@ -172,8 +172,18 @@ impl Footprints {
 impl Pixels {
     /// The columns and rows of a film.
     pub(crate) fn new(projection: &Projection, film: &GridFilm, sampling: Sampling) -> Self {
+        Self::counted_from(projection, film, [0, 0], sampling)
+    }
+
+    /// Columns and rows of a film, counted from one of them on.
+    pub(crate) fn counted_from(
+        projection: &Projection,
+        film: &GridFilm,
+        first: [u32; 2],
+        sampling: Sampling,
+    ) -> Self {
         let Projection { base, perspective, x, y, t } = *projection;
-        let (x0, y0, inverse) = (film.x(0), film.y(0), 1.0 / film.step());
+        let (x0, y0, inverse) = (film.x(first[0]), film.y(first[1]), 1.0 / film.step());
         // The step is a power of two, so its inverse is exact.
         let (column, row, offset) = if perspective {
             (x.minus(&t, x0), y.minus(&t, y0), [0.0; 2])
@@ -216,17 +226,9 @@ impl Pixels {
         let mut seen = [[zero; 2]; 3];
         for (corner, seen) in corners.iter().zip(&mut seen) {
             let corner = corner.minus(base);
-            let t = corner.dot(self.t.g);
-            regular &= t.simd_gt(zero + least_t);
-            let (mut x, mut y) = (corner.dot(self.column.g), corner.dot(self.row.g));
-            if self.perspective {
-                let inverse = (zero + 1.0) / t;
-                (x, y) = (x * inverse, y * inverse);
-                greatest = greatest.max(inverse);
-            } else {
-                (x, y) = (x - self.offset[0], y - self.offset[1]);
-                greatest = greatest.max(zero + error_t - t);
-            }
+            let ([x, y], key, in_front) = self.place(simd, corner, least_t);
+            regular &= in_front;
+            greatest = greatest.max(if self.perspective { key } else { key + error_t });
             (lo, hi) = ([lo[0].min(x), lo[1].min(y)], [hi[0].max(x), hi[1].max(y)]);
             *seen = [x, y];
         }
@@ -260,6 +262,26 @@ impl Pixels {
         (whole, !regular.to_bitmask() & kept)
     }
 
+    /// Columns and rows, and keys, of eight points given from the base, and which of them are regular: see
+    /// [`Pixels::regular_from`].
+    #[inline(always)]
+    pub(crate) fn place<S: Simd>(
+        &self,
+        simd: S,
+        point: Points<S>,
+        least_t: f64,
+    ) -> ([Lanes<S>; 2], Lanes<S>, LaneMask<S>) {
+        let t = point.dot(self.t.g);
+        let regular = t.simd_gt(Lanes::simd_from(simd, least_t));
+        let (x, y) = (point.dot(self.column.g), point.dot(self.row.g));
+        if self.perspective {
+            let inverse = Lanes::simd_from(simd, 1.0) / t;
+            ([x * inverse, y * inverse], inverse, regular)
+        } else {
+            ([x - self.offset[0], y - self.offset[1]], -t, regular)
+        }
+    }
+
     /// The first and the last column (axis 0) or row between bounds; all of them where corners are irregular.
     #[inline(always)]
     fn whole_between<S: Simd>(
@@ -282,7 +304,7 @@ impl Pixels {
 
     /// The t from which corners are regular, and the error of t.
     #[inline(always)]
-    fn regular_from(&self, reach: DVec3) -> [f64; 2] {
+    pub(crate) fn regular_from(&self, reach: DVec3) -> [f64; 2] {
         let [x, y, t] = [self.column, self.row, self.t].map(|functional| functional.slack_within(reach));
         let coarsest = if x > y { x } else { y };
         let scale = f64::from(1 << 20);

@@ -201,7 +201,7 @@ fn in_bundles(
 }
 
 /// Checks what the rays do not depend on: their number, and the instruction set.
-fn check_call(rays: usize, options: &Options) -> Result<Level, Error> {
+pub(crate) fn check_call(rays: usize, options: &Options) -> Result<Level, Error> {
     if u32::try_from(rays).is_err() {
         return Err(Error::TooManyRays { rays: rays as u64 });
     }
@@ -210,7 +210,7 @@ fn check_call(rays: usize, options: &Options) -> Result<Level, Error> {
 
 /// Does all work on threads of the pool, so that its parallel parts need not wait for a thread outside, and has each thread
 /// check meanwhile that subnormal numbers are what they are.
-fn in_pool<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Error> {
+pub(crate) fn in_pool<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Error> {
     let flushed = AtomicBool::new(flushes_to_zero());
     let result = rayon::scope(|scope| {
         scope.spawn_broadcast(|_, _| {

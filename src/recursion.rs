@@ -96,7 +96,7 @@ fn tile_stats(film: usize) -> impl Fn((Rect, Stats)) -> TileStats {
 /// Splits the rays of a film down to tiles, and works on them in parallel.
 fn split_film(query: FilmQuery<'_>, runs: &Runs, window: Window<'_>) -> Vec<(Rect, Stats)> {
     let in_tile = |work: &mut Box<Workspace<TileDepth>>, mut window: Window<'_>| {
-        work.depth.clear(window.rect.width(), window.rect.height());
+        work.depth.keys.clear(window.rect.width(), window.rect.height());
         let mut tile = Tile::new(query, window.rect, Interval { lo: 0.0, hi: 0.0 }, work);
         let stats = intersect_objects(&mut tile, runs);
         tile.write(&mut window);

@@ -15,7 +15,8 @@ use crate::leaf::{FilmQuery, Tile};
 use crate::pencil::Origin;
 use crate::predicates::Distance;
 use crate::ray::Ray;
-use crate::tile_depth::{KEY_ERROR, Record, SIDE, TileDepth, eight};
+use crate::tile_depth::{KEY_ERROR, Record, TileDepth};
+use crate::tile_keys::{SIDE, eight};
 use crate::triangles::Triangles;
 use crate::window::{Row, Window};
 
@@ -30,7 +31,7 @@ const COLUMNS: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 impl Tile<'_, TileDepth> {
     /// Writes what the rays have hit.
     pub(crate) fn write(&self, window: &mut Window<'_>) {
-        if self.work.depth.ready {
+        if self.work.depth.keys.ready {
             dispatch!(self.query.level, simd => self.write_lanes(simd, window));
         } else {
             window.miss();
@@ -59,7 +60,7 @@ impl TileDepth {
         ray: impl Fn(u32) -> Ray,
     ) {
         let ((id_eights, last_ids), (t_eights, last_ts)) = (ids.as_chunks_mut(), ts.as_chunks_mut());
-        let covered = self.covered[y as usize % SIDE];
+        let covered = self.keys.covered[y as usize % SIDE];
         let decide = |x: u32, (ids, ts): (&[u32; LANES], &mut [f32; LANES]), doubtful: u64| {
             for lane in bits(doubtful) {
                 // In range: fewer than eight columns.

@@ -25,6 +25,20 @@ pub struct Stats {
     pub ambiguous_coverage: u64,
     /// Pairs of hits whose order f64 could not decide.
     pub ambiguous_order: u64,
+    /// Groups of surfaces that were expanded.
+    pub surfaces_expanded: u64,
+    /// Patches, or parts of them, that were split.
+    pub surfaces_split: u64,
+    /// Groups, patches and parts dropped because they lie outside a frustum.
+    pub surfaces_culled_by_frustum: u64,
+    /// Those dropped because every ray that they may meet has hit something nearer.
+    pub surfaces_culled_by_depth: u64,
+    /// Parts of patches that were diced; those in several tiles count in each.
+    pub surfaces_diced: u64,
+    /// Micropolygons made: quadrilaterals of grids.
+    pub micropolygons: u64,
+    /// The most micropolygons that were kept at the same time.
+    pub micropolygons_in_flight: u64,
     /// Peak bytes of the engine's own buffers: without triangles, rays and hits.
     pub engine_bytes: u64,
 }
@@ -48,7 +62,7 @@ impl Stats {
 
     /// All counters with their names, in a fixed order: for reports.
     #[must_use]
-    pub fn counters(&self) -> [(&'static str, u64); 12] {
+    pub fn counters(&self) -> [(&'static str, u64); 19] {
         [
             ("nodes", self.nodes),
             ("frustum_tests", self.frustum_tests),
@@ -61,12 +75,19 @@ impl Stats {
             ("doubtful_samples", self.doubtful_samples),
             ("ambiguous_coverage", self.ambiguous_coverage),
             ("ambiguous_order", self.ambiguous_order),
+            ("surfaces_expanded", self.surfaces_expanded),
+            ("surfaces_split", self.surfaces_split),
+            ("surfaces_culled_by_frustum", self.surfaces_culled_by_frustum),
+            ("surfaces_culled_by_depth", self.surfaces_culled_by_depth),
+            ("surfaces_diced", self.surfaces_diced),
+            ("micropolygons", self.micropolygons),
+            ("micropolygons_in_flight", self.micropolygons_in_flight),
             ("engine_bytes", self.engine_bytes),
         ]
     }
 
     /// The counters in the order of [`Stats::counters`].
-    fn counters_mut(&mut self) -> [&mut u64; 12] {
+    fn counters_mut(&mut self) -> [&mut u64; 19] {
         [
             &mut self.nodes,
             &mut self.frustum_tests,
@@ -79,6 +100,13 @@ impl Stats {
             &mut self.doubtful_samples,
             &mut self.ambiguous_coverage,
             &mut self.ambiguous_order,
+            &mut self.surfaces_expanded,
+            &mut self.surfaces_split,
+            &mut self.surfaces_culled_by_frustum,
+            &mut self.surfaces_culled_by_depth,
+            &mut self.surfaces_diced,
+            &mut self.micropolygons,
+            &mut self.micropolygons_in_flight,
             &mut self.engine_bytes,
         ]
     }

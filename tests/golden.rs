@@ -13,7 +13,7 @@ use support::Place;
 use umbel::{read_png_rgb8, write_png_rgb8};
 
 /// The name of each picture, and the command that makes it: with `-o picture.png` where it names no file.
-const PICTURES: [(&str, &str); 16] = [
+const PICTURES: [(&str, &str); 19] = [
     ("umbel", "render builtin:umbel --size 320x180"),
     ("umbel-samples", "render builtin:umbel --size 320x180 --samples 16"),
     (
@@ -41,6 +41,12 @@ const PICTURES: [(&str, &str); 16] = [
         "shadow builtin:cornell --light 278,540,279.5 --size 180x180 --samples 4 --mask picture.png",
     ),
     ("cornell-distances", "shadow builtin:cornell --light 278,400,279.5 --cube-size 64 -o picture.png"),
+    ("teapot", "reyes builtin:teapot --size 240x150 --samples 4"),
+    ("field", "reyes builtin:field --size 240x135"),
+    (
+        "cornell-reyes",
+        "reyes builtin:cornell --subdivide --displace noise:0.02,3 --height 30 --size 180x180 --samples 4",
+    ),
     ("umbel-sun-map", "shadow builtin:umbel --sun=-1.5,2,2.5 --map-size 180 -o picture.png"),
 ];
 

@@ -1,0 +1,120 @@
+//! Displacement: points moved along their normals by a height, and bounds of that.
+//!
+//! p' = p + h·n/|n| with a normal n of any length; a normal of length 0 moves nothing. Over a box of points p, a box of normals
+//! \[a, b\] and a range of heights, p' lies in the sum of the first box and of the products of heights and unit normals. With l and L
+//! the least and the greatest length of a vector in \[a, b\], a component of the unit normal lies in \[a/L, b/l\] where it is positive,
+//! \[a/l, b/L\] where it is negative, and always in \[−1, 1\].
+//!
+//! Based on: Robert Cook, "Shade Trees", 1984 (displacement); Ramon Moore, "Interval Analysis", 1966.
+
+use glam::{DVec2, DVec3};
+
+use crate::extent::Extent;
+use crate::height_map::HeightMap;
+use crate::noise::Noise;
+
+/// Room for the rounding of a unit vector and of its product with a height: a dozen operations.
+const UNIT_SLACK: f64 = 1e-14;
+
+/// Where heights come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Relief {
+    /// Nothing is displaced.
+    Flat,
+    /// An image, by texture coordinates.
+    Map(HeightMap),
+    /// Noise, by position.
+    Noise(Noise),
+}
+
+/// A displacement along normals: from 0 to `height` world units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Displacement {
+    /// Heights from 0 to 1.
+    pub relief: Relief,
+    /// World units of height 1; negative ones lead inwards. Finite.
+    pub height: f64,
+}
+
+/// A rectangle of texture coordinates, v running down from the top of the image: the least and the greatest.
+pub(crate) type UvBox = [[f64; 2]; 2];
+
+/// Room for the rounding of bilinear interpolation: two roundings of each of three sums and six products.
+const UV_SLACK: f64 = 16.0 * f64::EPSILON;
+
+/// The rectangle around texture coordinates and all that is interpolated between them.
+pub(crate) fn uv_box(corners: impl IntoIterator<Item = DVec2>) -> UvBox {
+    let all = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let (lo, hi) = corners.into_iter().fold(all, |(lo, hi), uv| (lo.min(uv), hi.max(uv)));
+    let slack = DVec2::splat(lo.abs().max(hi.abs()).max_element() * UV_SLACK);
+    [(lo - slack).to_array(), (hi + slack).to_array()]
+}
+
+impl Displacement {
+    /// No displacement.
+    pub const NONE: Self = Self { relief: Relief::Flat, height: 0.0 };
+
+    /// Whether every point stays where it is.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        self.height == 0.0 || self.relief == Relief::Flat
+    }
+
+    /// Whether heights are found by texture coordinates.
+    #[must_use]
+    pub fn needs_uvs(&self) -> bool {
+        matches!(self.relief, Relief::Map(_))
+    }
+
+    /// A point moved along a normal.
+    pub(crate) fn displaced(&self, point: DVec3, normal: DVec3, uv: impl FnOnce() -> [f64; 2]) -> DVec3 {
+        let length = normal.dot(normal).sqrt();
+        if self.is_none() || length.is_nan() || length == 0.0 {
+            return point;
+        }
+        let height = self.height
+            * match &self.relief {
+                Relief::Flat => 0.0,
+                Relief::Map(map) => map.at(uv()),
+                Relief::Noise(noise) => noise.at(point),
+            };
+        point + normal / length * height
+    }
+
+    /// A box around all points moved along all normals. The box of points has room for their rounding.
+    pub(crate) fn extent(&self, points: Extent, normals: Extent, uvs: impl FnOnce() -> UvBox) -> Extent {
+        if self.is_none() {
+            return points;
+        }
+        let [least, greatest] = match &self.relief {
+            Relief::Flat => [0.0; 2],
+            Relief::Map(map) => {
+                let [lo, hi] = uvs();
+                map.range(lo, hi)
+            }
+            Relief::Noise(noise) => noise.range(&points),
+        };
+        let heights = [least * self.height, greatest * self.height];
+        let units = unit_normals(normals);
+        // A normal of length 0, which moves nothing, lies only in boxes whose units reach from −1 to 1.
+        let ends = heights.map(|height| [units.lo * height, units.hi * height]);
+        let moves = Extent::of(ends.into_iter().flatten());
+        let reach = heights[0].abs().max(heights[1].abs());
+        let sum = points.plus(moves.grown(reach * UNIT_SLACK));
+        sum.with_slack(sum.reach())
+    }
+}
+
+/// A box around the unit vectors along the vectors of a box.
+fn unit_normals(normals: Extent) -> Extent {
+    let Extent { lo, hi } = normals;
+    let (least, greatest) = (lo.max(-hi).max(DVec3::ZERO).length(), lo.abs().max(hi.abs()).length());
+    // NaN and an overflow keep everything.
+    if !(least > 0.0 && greatest < f64::MAX) {
+        return Extent { lo: DVec3::NEG_ONE, hi: DVec3::ONE };
+    }
+    let end = |x: f64, near: f64, far: f64| if x >= 0.0 { x / near } else { x / far };
+    let lows = lo.to_array().map(|x| end(x, greatest, least) - UNIT_SLACK);
+    let highs = hi.to_array().map(|x| end(x, least, greatest) + UNIT_SLACK);
+    Extent { lo: DVec3::from_array(lows).max(DVec3::NEG_ONE), hi: DVec3::from_array(highs).min(DVec3::ONE) }
+}

@@ -1,0 +1,331 @@
+//! `builtin:field`: 10⁸ blades of grass and some umbels among them, by a rule.
+//!
+//! The field is a quadtree of 4096² cells of half a metre; a cell holds six blades, and now and then an umbel. Nothing is stored: a
+//! cell's hash gives each blade its place, height, direction, lean and width. A group whose parts are smaller than the distance
+//! between rays is drawn by six blades of its own, wider by the number of cells they stand for along a side.
+//!
+//! A blade is a quadratic curve with the points B_0, B_1, B_2 and a width that shrinks to 0 at the tip: p(u, v) = b(v) +
+//! (2u − 1)·(1 − v²)·s with half of the width in s. The head of an umbel is a dome over a disc: (a, b) = (2u − 1, 2v − 1) goes to
+//! (a·√(1 − b²/2), b·√(1 − a²/2)), at the height 1 − (a² + b²)/2.
+//!
+//! Based on: William Reeves and Ricki Blau, "Approximate and Probabilistic Algorithms for Shading and Rendering Structured Particle
+//! Systems", 1985; Robert Cook, John Halstead, Maxwell Planck and David Ryu, "Stochastic Simplification of Aggregate Detail", 2007.
+
+use glam::DVec3;
+use umbel_core::{Aabb, Domain, OnDemand};
+
+use crate::extent::{Extent, rounded};
+use crate::plane_noise::{PlaneNoise, Rectangle};
+use crate::sample_sets::{mix, uniform};
+
+/// Levels of the quadtree above its cells: 2¹² cells to each side.
+const LEVELS: u32 = 12;
+/// The side of a cell, in metres.
+const CELL: f64 = 0.5;
+/// Half of the side of the field.
+const HALF_SIDE: f64 = CELL * (1 << LEVELS) as f64 * 0.5;
+/// Blades of a cell.
+const BLADES: u32 = 6;
+/// The share of cells with an umbel.
+const UMBELS: f64 = 0.008;
+/// Patches of the ground along each side.
+const GROUND: u32 = 16;
+/// Octaves and amplitude, in metres, of the hills.
+const HILLS: (usize, f64) = (5, 26.0);
+const NOISE: PlaneNoise = PlaneNoise { seed: 0xf1e1d, frequency: 1.0 / 256.0 };
+const SEED: u64 = 0x06ab_1ade;
+
+/// Blades and umbels reach no farther than this from their roots, to any side and upwards, in metres: the sums of what they are made
+/// of below.
+const BESIDE: f64 = 0.6;
+const ABOVE: f64 = 1.5;
+
+/// Ids of umbels and of the ground begin here; below are blades.
+const UMBEL_IDS: u32 = 1 << 28;
+const GROUND_IDS: u32 = 1 << 30;
+
+/// A meadow on hills, 2048 metres to each side around the origin, y upwards, with 100,663,296 blades.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Field;
+
+/// What a [`Field`] consists of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FieldObject {
+    /// A square of 2ˡᵉᵛᵉˡ cells to each side.
+    Cells {
+        /// Level of the quadtree; 0 is a cell.
+        level: u32,
+        /// Column and row among the squares of this level.
+        place: [u32; 2],
+    },
+    /// A blade of such a square.
+    Blade {
+        /// Level of the square.
+        level: u32,
+        /// Column and row among the squares of this level.
+        place: [u32; 2],
+        /// Which of its blades; the one behind the last is the stalk of an umbel.
+        index: u32,
+    },
+    /// The head of the umbel of a square.
+    Head {
+        /// Level of the square.
+        level: u32,
+        /// Column and row among the squares of this level.
+        place: [u32; 2],
+    },
+    /// A patch of the ground.
+    Ground(u32),
+}
+
+/// A blade: points of its curve, and half of its width.
+struct Blade {
+    spine: [DVec3; 3],
+    half_width: DVec3,
+}
+
+impl Field {
+    /// How many blades there are.
+    pub const BLADES: u64 = BLADES as u64 * (1 << (2 * LEVELS));
+
+    /// The height of the ground at (x, z).
+    #[must_use]
+    pub fn ground(&self, x: f64, z: f64) -> f64 {
+        let mut noise = NOISE.cursor::<{ HILLS.0 }>();
+        hills(|octave| [noise.at(octave, [x, z]); 2])[0]
+    }
+
+    /// Whether an id is that of the ground, of an umbel, or of a blade.
+    pub(crate) fn kind(id: u32) -> FieldKind {
+        match id {
+            GROUND_IDS.. => FieldKind::Ground,
+            UMBEL_IDS.. => FieldKind::Umbel,
+            _ => FieldKind::Blade,
+        }
+    }
+}
+
+/// What an id names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FieldKind {
+    Blade,
+    Umbel,
+    Ground,
+}
+
+/// The hills: octaves, each with a least and a greatest value, half as high as the one before.
+fn hills(mut octave: impl FnMut(u32) -> [f64; 2]) -> [f64; 2] {
+    let (mut sum, mut amplitude) = ([0.0; 2], HILLS.1);
+    for k in 0..HILLS.0 as u32 {
+        let value = octave(k);
+        sum = [sum[0] + value[0] * amplitude, sum[1] + value[1] * amplitude];
+        amplitude *= 0.4;
+    }
+    sum
+}
+
+/// The heights of the ground over a rectangle.
+fn ground_range(rectangle: &Rectangle) -> [f64; 2] {
+    hills(|octave| NOISE.range(octave, rectangle))
+}
+
+/// The square of a level.
+fn square(level: u32, [column, row]: [u32; 2]) -> Rectangle {
+    let side = CELL * f64::from(1_u32 << level);
+    let span = |k: u32| [f64::from(k) * side - HALF_SIDE, f64::from(k + 1) * side - HALF_SIDE];
+    Rectangle { x: span(column), z: span(row) }
+}
+
+/// Numbers in [0, 1) of a thing in a square.
+fn numbers<const N: usize>(level: u32, [column, row]: [u32; 2], index: u32) -> [f64; N] {
+    let mut state = mix(SEED ^ mix(u64::from(column) << 32 | u64::from(row)) ^ u64::from(level * 64 + index));
+    std::array::from_fn(|_| {
+        state = mix(state);
+        uniform(state)
+    })
+}
+
+/// Whether a square has an umbel: as often as any of its cells has.
+fn has_umbel(level: u32, place: [u32; 2]) -> bool {
+    let [chance] = numbers(level, place, BLADES + 1);
+    chance < UMBELS * f64::from(1_u32 << (2 * level.min(10)))
+}
+
+/// A blade, or the stalk of an umbel.
+fn blade(level: u32, place: [u32; 2], index: u32) -> Blade {
+    let [x, z, tall, turn, lean, wide] = numbers(level, place, index);
+    let Rectangle { x: xs, z: zs } = square(level, place);
+    let (x, z) = (xs[0] + (xs[1] - xs[0]) * x, zs[0] + (zs[1] - zs[0]) * z);
+    let root = DVec3::new(x, Field.ground(x, z), z);
+    let (sin, cos) = libm::sincos(turn * std::f64::consts::TAU);
+    let (height, lean, width) = match index < BLADES {
+        true => {
+            (0.35 + 0.45 * tall, 0.1 + 0.35 * lean, (0.012 + 0.014 * wide) * f64::from(1_u32 << level.min(4)))
+        }
+        false => (0.95 + 0.3 * tall, 0.12 * lean, 0.008),
+    };
+    let lean = DVec3::new(cos, 0.0, sin) * lean;
+    let spine = [root, root + DVec3::Y * (height * 0.65), root + DVec3::Y * height + lean];
+    Blade { spine, half_width: DVec3::new(-sin, 0.0, cos) * width.min(0.1) }
+}
+
+impl Blade {
+    /// The curve at v.
+    fn curve(&self, v: f64) -> DVec3 {
+        let s = 1.0 - v;
+        self.spine[0] * (s * s) + self.spine[1] * (2.0 * s * v) + self.spine[2] * (v * v)
+    }
+
+    fn at(&self, [u, v]: [f64; 2]) -> DVec3 {
+        self.curve(v) + self.half_width * ((2.0 * u - 1.0) * (1.0 - v * v))
+    }
+
+    /// A box around a part: around the points of its curve, and of what lies beside.
+    fn extent(&self, Domain { u, v }: Domain) -> Extent {
+        let [a, b] = v;
+        let (s, t) = (1.0 - a, 1.0 - b);
+        let middle = self.spine[0] * (s * t) + self.spine[1] * (a * t + b * s) + self.spine[2] * (a * b);
+        let curve = Extent::of([self.curve(a), middle, self.curve(b)]);
+        let ends = u.map(|u| 2.0 * u - 1.0);
+        let beside = ends.iter().flat_map(|end| v.map(|v| self.half_width * (end * (1.0 - v * v))));
+        let all = curve.plus(Extent::of(beside));
+        all.with_slack(all.reach())
+    }
+}
+
+/// The head of an umbel: its middle, and its radius.
+fn head(level: u32, place: [u32; 2]) -> (DVec3, f64) {
+    let [size] = numbers(level, place, BLADES + 2);
+    (blade(level, place, BLADES).spine[2], 0.1 + 0.08 * size)
+}
+
+/// A point of a head.
+fn on_head((middle, radius): (DVec3, f64), [u, v]: [f64; 2]) -> DVec3 {
+    let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+    let up = 0.35 * (1.0 - (a * a + b * b) * 0.5);
+    let disc = DVec3::new(a * (1.0 - b * b * 0.5).sqrt(), up, -b * (1.0 - a * a * 0.5).sqrt());
+    middle + disc * radius
+}
+
+/// A box around a part of a head.
+fn head_extent((middle, radius): (DVec3, f64), domain: Domain) -> Extent {
+    let [a, b] = [domain.u, domain.v].map(|t| t.map(|t| 2.0 * t - 1.0));
+    let squares = |[lo, hi]: [f64; 2]| {
+        let least = if lo <= 0.0 && hi >= 0.0 { 0.0 } else { (lo * lo).min(hi * hi) };
+        [least, (lo * lo).max(hi * hi)]
+    };
+    let (aa, bb) = (squares(a), squares(b));
+    let across = |[lo, hi]: [f64; 2], other: [f64; 2]| {
+        let roots = other.map(|square| (1.0 - square * 0.5).sqrt());
+        let ends = [lo * roots[0], lo * roots[1], hi * roots[0], hi * roots[1]];
+        [ends.into_iter().fold(f64::INFINITY, f64::min), ends.into_iter().fold(f64::NEG_INFINITY, f64::max)]
+    };
+    let (x, z) = (across(a, bb), across(b, aa));
+    let up = |k: usize| 0.35 * (1.0 - (aa[k] + bb[k]) * 0.5);
+    let disc =
+        Extent { lo: DVec3::new(x[0], up(1), -z[1]) * radius, hi: DVec3::new(x[1], up(0), -z[0]) * radius };
+    let all = disc.plus(Extent { lo: middle, hi: middle });
+    all.with_slack(all.reach())
+}
+
+/// A place on the ground: exact, so that patches meet. v runs against z.
+fn on_ground(patch: u32, [u, v]: [f64; 2]) -> [f64; 2] {
+    let side = 2.0 * HALF_SIDE / f64::from(GROUND);
+    let (column, row) = (f64::from(patch % GROUND), f64::from(patch / GROUND));
+    [(column + u) * side - HALF_SIDE, HALF_SIDE - (row + v) * side]
+}
+
+impl OnDemand for Field {
+    type Object = FieldObject;
+
+    fn roots(&self) -> Vec<FieldObject> {
+        let ground = (0..GROUND * GROUND).map(FieldObject::Ground);
+        ground.chain([FieldObject::Cells { level: LEVELS, place: [0, 0] }]).collect()
+    }
+
+    fn bounds(&self, object: &FieldObject, domain: Domain) -> Aabb {
+        let extent = match *object {
+            FieldObject::Cells { level, place } => {
+                let ground = square(level, place);
+                let [least, greatest] = ground_range(&ground);
+                Extent {
+                    lo: DVec3::new(ground.x[0] - BESIDE, least - 0.1, ground.z[0] - BESIDE),
+                    hi: DVec3::new(ground.x[1] + BESIDE, greatest + ABOVE, ground.z[1] + BESIDE),
+                }
+            }
+            FieldObject::Blade { level, place, index } => blade(level, place, index).extent(domain),
+            FieldObject::Head { level, place } => head_extent(head(level, place), domain),
+            FieldObject::Ground(patch) => {
+                let (from, to) = (
+                    on_ground(patch, [domain.u[0], domain.v[0]]),
+                    on_ground(patch, [domain.u[1], domain.v[1]]),
+                );
+                let rectangle = Rectangle { x: [from[0], to[0]], z: [to[1], from[1]] };
+                let [least, greatest] = ground_range(&rectangle);
+                let ends = [DVec3::new(from[0], least, to[1]), DVec3::new(to[0], greatest, from[1])];
+                Extent::of(ends).with_slack(HILLS.1)
+            }
+        };
+        extent.outward()
+    }
+
+    fn expand(&self, object: &FieldObject, spacing: f64, parts: &mut Vec<FieldObject>) -> bool {
+        let FieldObject::Cells { level, place } = *object else {
+            return false;
+        };
+        let part = CELL * f64::from(1_u32 << level) * 0.5;
+        if level > 0 && part > spacing {
+            let [column, row] = place.map(|k| 2 * k);
+            let quarters = [[0, 0], [1, 0], [0, 1], [1, 1]];
+            parts.extend(
+                quarters.map(|[i, j]| FieldObject::Cells { level: level - 1, place: [column + i, row + j] }),
+            );
+            return true;
+        }
+        parts.extend((0..BLADES).map(|index| FieldObject::Blade { level, place, index }));
+        if has_umbel(level, place) {
+            parts.extend([
+                FieldObject::Blade { level, place, index: BLADES },
+                FieldObject::Head { level, place },
+            ]);
+        }
+        true
+    }
+
+    fn evaluate(&self, patch: &FieldObject, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
+        match *patch {
+            FieldObject::Cells { .. } => {}
+            FieldObject::Blade { level, place, index } => {
+                let blade = blade(level, place, index);
+                points.extend(parameters.iter().map(|&at| rounded(blade.at(at))));
+            }
+            FieldObject::Head { level, place } => {
+                let head = head(level, place);
+                points.extend(parameters.iter().map(|&at| rounded(on_head(head, at))));
+            }
+            FieldObject::Ground(patch) => {
+                let mut noise = NOISE.cursor::<{ HILLS.0 }>();
+                points.extend(parameters.iter().map(|&at| {
+                    let [x, z] = on_ground(patch, at);
+                    let [y, _] = hills(|octave| [noise.at(octave, [x, z]); 2]);
+                    rounded(DVec3::new(x, y, z))
+                }));
+            }
+        }
+    }
+
+    /// Blades are counted cell by cell; those that stand for many cells have the id of the first.
+    fn id(&self, patch: &FieldObject) -> u32 {
+        let cell = |level: u32, [column, row]: [u32; 2]| (row << level) << LEVELS | (column << level);
+        match *patch {
+            FieldObject::Blade { level, place, index } if index < BLADES => {
+                cell(level, place) * BLADES + index
+            }
+            FieldObject::Blade { level, place, .. } | FieldObject::Head { level, place } => {
+                UMBEL_IDS + cell(level, place)
+            }
+            FieldObject::Ground(patch) => GROUND_IDS + patch,
+            FieldObject::Cells { .. } => 0,
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Fractal value noise, and the exact range of it over a box.
+//!
+//! A lattice point has a value in [0, 1) by a hash of its coordinates. Between lattice points values are interpolated linearly in
+//! the weights w(t) = t³(t(6t − 15) + 10) per axis; w is monotone. So over a box within one cell the noise is linear in each weight,
+//! and its least and greatest values are at corners of the box: the range is found by evaluating corners, cell by cell, with room
+//! for rounding. Octave k has the frequency f·2ᵏ and the amplitude gᵏ; the sum is divided by that of the amplitudes, so that noise
+//! lies in [0, 1].
+//!
+//! Coordinates are mapped to the lattice by one rounded product and one rounded sum, which are monotone: a point within a box lies
+//! within it on the lattice, too.
+//!
+//! Based on: Ken Perlin, "An Image Synthesizer", 1985 and "Improving Noise", 2002 (lattices, hashes, w); Wolfgang Heidrich, Philipp
+//! Slusallek and Hans-Peter Seidel, "Sampling Procedural Shaders Using Affine Arithmetic", 1998 (ranges of procedures over boxes).
+
+use glam::DVec3;
+
+use crate::extent::Extent;
+use crate::sample_sets::{mix, uniform};
+
+/// Room for the rounding of one octave, whose values are sums of eight products of weights and numbers below 1.
+pub(crate) const ROUNDING: f64 = 1e-13;
+
+/// A shift per octave, in cells, so that lattice points of octaves do not fall onto each other at the origin.
+const SHIFT: DVec3 = DVec3::new(0.387_219_6, 0.713_628_1, 0.291_770_3);
+
+/// The most cells along one axis in which corners are evaluated; over more, an octave is taken to have any value.
+const CELLS: f64 = 2.0;
+
+/// Fractal noise over space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Cells of the first octave per world unit, positive.
+    pub frequency: f64,
+    /// Chooses among the noises.
+    pub seed: u64,
+    /// How many octaves are added, at least 1.
+    pub octaves: u32,
+    /// The amplitude of each octave in that of the one before, in (0, 1].
+    pub gain: f64,
+}
+
+impl Noise {
+    /// Noise with the usual sum: six octaves, each half as high as the one before.
+    #[must_use]
+    pub const fn new(frequency: f64, seed: u64) -> Self {
+        Self { frequency, seed, octaves: 6, gain: 0.5 }
+    }
+
+    /// The noise at a point, in [0, 1].
+    #[must_use]
+    pub fn at(&self, point: DVec3) -> f64 {
+        self.sum(|octave| {
+            let value = self.octave(octave, self.on_lattice(octave, point));
+            [value, value]
+        })[0]
+    }
+
+    /// A range that holds the noise at all points of a box, and little else where the box is smaller than a cell.
+    pub(crate) fn range(&self, extent: &Extent) -> [f64; 2] {
+        let [lo, hi] = self.sum(|octave| self.octave_range(octave, extent));
+        [(lo - ROUNDING).max(0.0), (hi + ROUNDING).min(1.0)]
+    }
+
+    /// The weighted mean of the octaves, each with a least and a greatest value.
+    fn sum(&self, octave: impl Fn(u32) -> [f64; 2]) -> [f64; 2] {
+        let (mut sum, mut amplitude, mut total) = ([0.0; 2], 1.0, 0.0);
+        for k in 0..self.octaves {
+            let value = octave(k);
+            sum = [sum[0] + value[0] * amplitude, sum[1] + value[1] * amplitude];
+            total += amplitude;
+            amplitude *= self.gain;
+        }
+        sum.map(|sum| sum / total)
+    }
+
+    /// A point in cells of an octave.
+    fn on_lattice(&self, octave: u32, point: DVec3) -> DVec3 {
+        let scale = self.frequency * (1_u64 << octave.min(60)) as f64;
+        point * scale + SHIFT * f64::from(octave)
+    }
+
+    /// One octave at a point of its lattice.
+    fn octave(&self, octave: u32, place: DVec3) -> f64 {
+        let cell = place.floor();
+        blend(&self.values(octave, cell), place - cell)
+    }
+
+    /// The values at the corners of a cell.
+    fn values(&self, octave: u32, cell: DVec3) -> [f64; 8] {
+        let key = mix(self.seed ^ (u64::from(octave) << 56));
+        let side = |corner: usize, axis: usize| f64::from((corner >> axis & 1) as u32);
+        std::array::from_fn(|k| lattice(key, cell + DVec3::new(side(k, 0), side(k, 1), side(k, 2))))
+    }
+
+    /// The range of one octave over a box.
+    fn octave_range(&self, octave: u32, extent: &Extent) -> [f64; 2] {
+        let (lo, hi) = (self.on_lattice(octave, extent.lo), self.on_lattice(octave, extent.hi));
+        let (first, last) = (lo.floor(), hi.floor());
+        // NaN, from a box without end, is no number of cells.
+        let few = (last - first).max_element() < CELLS;
+        if !few {
+            return [0.0, 1.0];
+        }
+        let mut range = [1.0_f64, 0.0_f64];
+        let cells = |k: usize| [first[k], last[k]].into_iter().take(if first[k] == last[k] { 1 } else { 2 });
+        for z in cells(2) {
+            for y in cells(1) {
+                for x in cells(0) {
+                    let cell = DVec3::new(x, y, z);
+                    let (from, to) = (lo.max(cell) - cell, hi.min(cell + 1.0) - cell);
+                    let values = self.values(octave, cell);
+                    for corner in 0..8 {
+                        let pick = |k: usize| if corner >> k & 1 == 0 { from[k] } else { to[k] };
+                        let value = blend(&values, DVec3::new(pick(0), pick(1), pick(2)));
+                        range = [range[0].min(value), range[1].max(value)];
+                    }
+                }
+            }
+        }
+        [range[0] - ROUNDING, range[1] + ROUNDING]
+    }
+}
+
+/// The values at the corners of a cell, interpolated at a place within it.
+fn blend(values: &[f64; 8], place: DVec3) -> f64 {
+    let w = place.to_array().map(weight);
+    let lerp = |a: f64, b: f64, t: f64| a + (b - a) * t;
+    let row = |k: usize| lerp(values[k], values[k + 1], w[0]);
+    let sheet = |k: usize| lerp(row(k), row(k + 2), w[1]);
+    lerp(sheet(0), sheet(4), w[2])
+}
+
+/// The weight of the farther lattice point, from 0 to 1.
+pub(crate) fn weight(t: f64) -> f64 {
+    t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
+}
+
+/// The value of a lattice point, in [0, 1).
+fn lattice(key: u64, point: DVec3) -> f64 {
+    // The casts saturate.
+    let [x, y, z] = point.to_array().map(|x| x as i64 as u64);
+    let sum = x
+        .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+        .wrapping_add(y.wrapping_mul(0xc2b2_ae3d_27d4_eb4f))
+        .wrapping_add(z.wrapping_mul(0x1656_67b1_9e37_79f9));
+    uniform(mix(key.wrapping_add(sum)))
+}

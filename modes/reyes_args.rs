@@ -1,0 +1,128 @@
+//! `umbel reyes` on the command line.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use umbel::{Aov, Dicing, Displacement, Error, HeightMap, Noise, Relief};
+
+use crate::camera_args::{CameraArgs, LensArg};
+use crate::picture_args::PictureArgs;
+
+#[derive(Debug, Args)]
+pub(crate) struct ReyesArgs {
+    /// A mesh (.obj, .gltf, .glb), Bezier patches (.bpt), builtin:teapot, builtin:terrain, builtin:field, or a built-in mesh
+    #[arg(default_value = "builtin:teapot")]
+    pub(crate) scene: String,
+
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
+
+    #[command(flatten)]
+    pub(crate) surfaces: SurfaceArgs,
+
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+}
+
+/// What is made of a mesh, and how finely.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Surfaces")]
+pub(crate) struct SurfaceArgs {
+    /// Displace a mesh along its normals, by --height world units where the map is 1: MAP.png by texture coordinates, white is 1, or noise:FREQUENCY[,SEED[,OCTAVES]] with cells of 1/FREQUENCY units
+    #[arg(long, value_name = "MAP.png|noise:F,SEED", value_parser = parse_relief, requires = "height")]
+    displace: Option<ReliefArg>,
+
+    /// Take the mesh for the cage of a Catmull-Clark surface
+    #[arg(long)]
+    pub(crate) subdivide: bool,
+
+    /// The edge of a micropolygon in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = Dicing::default().shading_rate)]
+    shading_rate: f64,
+
+    /// World units from the lower to the upper edge of an ortho picture, where --height is that of a displacement
+    #[arg(long, value_name = "UNITS")]
+    film_height: Option<f64>,
+}
+
+/// Where heights come from.
+#[derive(Debug, Clone)]
+enum ReliefArg {
+    Map(PathBuf),
+    Noise(Noise),
+}
+
+/// "MAP.png" or "noise:FREQUENCY[,SEED[,OCTAVES]]".
+fn parse_relief(text: &str) -> Result<ReliefArg, String> {
+    let Some(noise) = text.strip_prefix("noise:") else {
+        return Ok(ReliefArg::Map(PathBuf::from(text)));
+    };
+    let wrong = || {
+        "expected noise:FREQUENCY[,SEED[,OCTAVES]] such as noise:4,7,6: a positive number, a whole number, and 1 to 24 octaves".to_owned()
+    };
+    let mut parts = noise.split(',').map(str::trim);
+    let frequency =
+        parts.next().and_then(|part| part.parse().ok()).filter(|f: &f64| *f > 0.0 && f.is_finite());
+    let mut noise = Noise::new(frequency.ok_or_else(wrong)?, 0);
+    if let Some(seed) = parts.next() {
+        noise.seed = seed.parse().map_err(|_| wrong())?;
+    }
+    if let Some(octaves) = parts.next() {
+        let octaves = octaves.parse().ok().filter(|n| (1..=24).contains(n));
+        noise.octaves = octaves.ok_or_else(wrong)?;
+    }
+    if parts.next().is_some() { Err(wrong()) } else { Ok(ReliefArg::Noise(noise)) }
+}
+
+impl ReyesArgs {
+    /// Refuses what cannot be meant.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let of_triangles = |aov: &Aov| matches!(aov, Aov::Bary | Aov::Object | Aov::Work);
+        if self.picture.aovs.iter().any(|(aov, _)| of_triangles(aov)) {
+            return Err(Error::Usage(
+                "bary, object and work are of triangles; reyes has id, depth, distance, normal, position and uv".into(),
+            ));
+        }
+        if self.camera.lens.bends_lines() {
+            return Err(Error::Usage(
+                "surfaces are diced for rays on a grid: use --camera pinhole, ortho or cube".into(),
+            ));
+        }
+        self.camera.view.refuse_useless(self.camera.lens)?;
+        let (displaced, ortho) = (self.surfaces.displace.is_some(), self.camera.lens == LensArg::Ortho);
+        if self.camera.height.is_some() && !displaced && !ortho {
+            return Err(Error::Usage("--height goes with --displace or --camera ortho".into()));
+        }
+        if self.surfaces.film_height.is_some() && !ortho {
+            return Err(Error::Usage("--film-height goes with --camera ortho".into()));
+        }
+        if self.camera.height.is_some_and(|height| !height.is_finite()) {
+            return Err(Error::Usage("--height must be a finite number of world units".into()));
+        }
+        if self.surfaces.film_height.is_some() && !displaced {
+            return Err(Error::Usage("--film-height goes with --displace; without it use --height".into()));
+        }
+        Ok(())
+    }
+
+    /// The displacement that was asked for; reads its map.
+    pub(crate) fn displacement(&self) -> Result<Displacement, Error> {
+        let (Some(relief), Some(height)) = (&self.surfaces.displace, self.camera.height) else {
+            return Ok(Displacement::NONE);
+        };
+        let relief = match relief {
+            ReliefArg::Map(path) => Relief::Map(HeightMap::read(Path::new(path))?),
+            ReliefArg::Noise(noise) => Relief::Noise(*noise),
+        };
+        Ok(Displacement { relief, height })
+    }
+
+    /// World units over an ortho picture.
+    pub(crate) fn film_height(&self) -> Option<f64> {
+        if self.surfaces.displace.is_some() { self.surfaces.film_height } else { self.camera.height }
+    }
+
+    pub(crate) fn dicing(&self) -> Dicing {
+        Dicing { shading_rate: self.surfaces.shading_rate }
+    }
+}

@@ -1,0 +1,80 @@
+//! `umbel reyes`: what a camera sees of surfaces that are made on demand.
+
+use umbel::{
+    Error, LoadOptions, Scene, Stats, SurfaceOptions, load_surfaces, surface_preview, surface_view,
+    surface_visibility,
+};
+
+use crate::cli::Common;
+use crate::commands::{PIXEL_BYTES, limit_memory, print_run, progress, say};
+use crate::picture::{Files, Picture, Sight};
+use crate::report::{Report, Times, timed};
+use crate::reyes_args::ReyesArgs;
+
+/// More bytes of a pixel than a triangle's hit has: (u, v) and the normal of the micropolygon.
+const SURFACE_BYTES: u64 = 20;
+
+/// `umbel reyes`.
+pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
+    args.check()?;
+    let output = args.picture.checked_output()?;
+    let mut times = Times::default();
+    let load = LoadOptions { drop_non_finite: common.drop_non_finite };
+    let scene = timed(&mut times.load, || {
+        let displacement = args.displacement()?;
+        load_surfaces(&args.scene, SurfaceOptions { load, subdivide: args.surfaces.subdivide, displacement })
+    })?;
+    say(&scene.warnings, common);
+    let view = args.scene.strip_prefix("builtin:").and_then(surface_view);
+    let camera = args.camera.framing_of(&scene.bounds(), view, args.film_height())?;
+    let named = Scene { name: scene.name.clone(), ..Scene::default() };
+    let pixels = u64::from(camera.width) * u64::from(camera.rows());
+    limit_memory(pixels * (PIXEL_BYTES + SURFACE_BYTES), &named, "--size", common)?;
+
+    // The engine: visibility of the pixel centres.
+    let (dicing, options) = (args.dicing(), common.options());
+    let Sight { shot, shape, .. } = Sight::of_camera(&camera)?;
+    let mut seen = None;
+    for _ in 0..common.repeat {
+        let (shot, mut milliseconds) = (shot.clone(), 0.0);
+        let found = timed(&mut milliseconds, || {
+            surface_visibility(&scene, shot, camera.pixels(), &dicing, &options)
+        })?;
+        times.engine.push(milliseconds);
+        seen = Some(found);
+    }
+    // There is at least one repeat.
+    let Some((buffer, stats)): Option<(_, Stats)> = seen else {
+        return Ok(());
+    };
+
+    let mut hash = blake3::Hasher::new();
+    let samples = args.picture.samples;
+    let bar = progress(samples, "samples", common);
+    let linear = match &output {
+        Some(_) if !args.picture.is_point_cloud() => Some(timed(&mut times.shade, || {
+            surface_preview(&scene, &camera, &buffer, samples, (&dicing, &options), |pass| {
+                bar.set_position(u64::from(pass));
+            })
+        })?),
+        _ => None,
+    };
+    bar.finish_and_clear();
+    let files = Files { args: &args.picture, output, lights: Vec::new() };
+    timed(&mut times.write, || Picture { shape, seen: &buffer }.write(&files, linear, &mut hash))?;
+
+    if common.verbose {
+        print_run(&times, &stats);
+    }
+    let rays = buffer.hits.len();
+    let report = Report {
+        command: "reyes",
+        scene: &named,
+        rays,
+        options,
+        times: &times,
+        stats,
+        hash: hash.finalize(),
+    };
+    common.report.as_deref().map_or(Ok(()), |path| report.write(path))
+}

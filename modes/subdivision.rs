@@ -1,0 +1,327 @@
+//! Catmull-Clark subdivision surfaces, displaced or not, to be made on demand.
+//!
+//! The cage is that of the scene, after one step where it has faces that are no quads. Nothing finer is stored: the limit surface
+//! over a quad is found from its neighbourhood (`limit_surface.rs`) whenever it is asked for.
+//!
+//! Two quads find the points of their border from different vertices, so their last bits may differ. Therefore the quad with the
+//! least index at an edge, and around a vertex, finds them for all: the others turn their parameter into that quad's, s or 1 − s,
+//! both exact, and ask. Normals and texture coordinates of the border are that quad's, too.
+//!
+//! Based on: Edwin Catmull and James Clark, "Recursively Generated B-Spline Surfaces on Arbitrary Topological Meshes", 1978; Matthias
+//! Nießner, Charles Loop, Mark Meyer and Tony DeRose, "Feature-Adaptive GPU Rendering of Catmull-Clark Subdivision Surfaces", 2012.
+
+use std::collections::HashMap;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use umbel_core::{Aabb, Domain, OnDemand};
+
+use crate::Scene;
+use crate::cage_builder::{QuadCage, Sharpness};
+use crate::displacement::{Displacement, UvBox, uv_box};
+use crate::extent::{Extent, rounded};
+use crate::limit_surface::{LimitQuad, Place, Sample};
+use crate::neighbourhood::{Neighbourhood, ShapeId, Shapes};
+use crate::patch_tree::{Node, PatchTree};
+use crate::polygons::Polygons;
+
+/// A Catmull-Clark surface. Hits report the index of the face of the scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SubdivisionSurface {
+    quads: QuadCage,
+    shapes: Shapes,
+    /// The shape of each quad.
+    shape: Vec<ShapeId>,
+    /// The least corner at each vertex, or at another at the same place.
+    rulers: Vec<u32>,
+    /// The least half-edge between the same two vertices, where that is no neighbour, and whether it runs the other way.
+    odd_edges: HashMap<u32, (u32, bool)>,
+    displacement: Displacement,
+    first_triangles: Vec<u32>,
+    tree: PatchTree,
+}
+
+/// Edges and vertices of a cage that shall be sharp, by indices of positions in the scene.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Creases {
+    /// Edges: the positions at both ends, and the sharpness. 0 is smooth, 10 and more are creases for ever.
+    pub edges: Vec<([u32; 2], f32)>,
+    /// Vertices: the position and the sharpness.
+    pub corners: Vec<(u32, f32)>,
+}
+
+/// From here on a crease never ends: the bound of OpenSubdiv.
+const ENDLESS: f32 = 10.0;
+
+impl SubdivisionSurface {
+    /// The limit surface of the faces of a scene, displaced along its normals. Where heights go by texture coordinates, corners
+    /// without any have (0, 0); texture coordinates are interpolated linearly over each face.
+    #[must_use]
+    pub fn new(scene: &Scene, creases: &Creases, displacement: Displacement) -> Self {
+        let polygons = Polygons::new(scene);
+        let sharpness = sharpness(scene, &polygons, creases);
+        let quads = QuadCage::new(&polygons, &sharpness);
+        let mut shapes = Shapes::default();
+        // In range: quads and corners are counted in 32 bits.
+        let count = quads.parents.len() as u32;
+        let shape =
+            (0..count).map(|quad| shapes.of(&quads.cage, &Neighbourhood::of(&quads.cage, quad))).collect();
+        let (rulers, odd_edges) = (rulers(&quads), odd_edges(&quads));
+        let tree = PatchTree::new(&[]);
+        let mut surface = Self {
+            quads,
+            shapes,
+            shape,
+            rulers,
+            odd_edges,
+            displacement,
+            first_triangles: polygons.triangles,
+            tree,
+        };
+        let boxes: Vec<Aabb> =
+            (0..count).into_par_iter().map(|quad| surface.quad_bounds(quad, Domain::UNIT)).collect();
+        surface.tree = PatchTree::new(&boxes);
+        surface
+    }
+
+    /// The first triangle of each face in its scene.
+    #[must_use]
+    pub fn first_triangles(&self) -> &[u32] {
+        &self.first_triangles
+    }
+
+    /// Calls `take` with the limit quad of a quad.
+    fn with_limit<T>(&self, quad: u32, take: impl FnOnce(LimitQuad<'_>) -> T) -> T {
+        let around = Neighbourhood::of(&self.quads.cage, quad);
+        let points: Vec<DVec3> = around.vertices.iter().map(|&v| self.quads.points[v as usize]).collect();
+        take(LimitQuad { shapes: &self.shapes, shape: self.shape[quad as usize], points: &points, depth: 0 })
+    }
+
+    /// A box around the displaced surface over a part of a quad, with the borders that other quads find.
+    fn quad_bounds(&self, quad: u32, domain: Domain) -> Aabb {
+        let mut all = self.inner_extent(quad, domain);
+        if !self.displacement.is_none() {
+            for (ruler, part) in self.ruled_parts(quad, domain) {
+                all = all.union(self.inner_extent(ruler, part));
+            }
+        }
+        all.outward()
+    }
+
+    /// A box around what a quad finds over a part of itself.
+    fn inner_extent(&self, quad: u32, domain: Domain) -> Extent {
+        let mut all = Extent::EMPTY;
+        self.with_limit(quad, |limit| {
+            limit.extents(domain, &mut |points, normals| {
+                all = all.union(self.displacement.extent(points, normals, || self.uv_box(quad, domain)));
+            });
+        });
+        all
+    }
+
+    /// Borders of a part that other quads find, as thin parts of those: on creases and seams they may have other normals and
+    /// texture coordinates.
+    fn ruled_parts(&self, quad: u32, Domain { u, v }: Domain) -> Vec<(u32, Domain)> {
+        let sides = [
+            ([u[0], v[0]], [u[1], v[0]]),
+            ([u[1], v[0]], [u[1], v[1]]),
+            ([u[0], v[1]], [u[1], v[1]]),
+            ([u[0], v[0]], [u[0], v[1]]),
+        ];
+        let mut parts = Vec::new();
+        for (from, to) in sides {
+            let middle = [(from[0] + to[0]) * 0.5, (from[1] + to[1]) * 0.5];
+            let (ruler, place) = self.ruler(quad, middle);
+            if ruler != quad {
+                // The ruler's parameter runs along the border as fast as the quad's.
+                let half = (to[0] - from[0] + to[1] - from[1]) * 0.5;
+                parts.push((ruler, around(place, half)));
+            }
+            for end in [from, to] {
+                let (ruler, place) = self.ruler(quad, end);
+                if ruler != quad && place.iter().all(|&t| t == 0.0 || t == 1.0) {
+                    parts.push((ruler, around(place, 0.0)));
+                }
+            }
+        }
+        parts
+    }
+
+    /// The quad that finds the point at parameters of another, and its parameters.
+    fn ruler(&self, quad: u32, place: [f64; 2]) -> (u32, [f64; 2]) {
+        let [u, v] = place;
+        let (side, s) = match (u == 0.0 || u == 1.0, v == 0.0 || v == 1.0) {
+            (false, false) => return (quad, place),
+            (true, true) => {
+                let corner =
+                    [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].iter().position(|&c| c == place);
+                let vertex = self.quads.cage.vertex(4 * quad + corner.unwrap_or(0) as u32);
+                let ruler = self.rulers[vertex as usize];
+                return (ruler / 4, on_side(ruler % 4, 0.0));
+            }
+            (false, true) => {
+                if v == 0.0 {
+                    (0, u)
+                } else {
+                    (2, 1.0 - u)
+                }
+            }
+            (true, false) => {
+                if u == 1.0 {
+                    (1, v)
+                } else {
+                    (3, 1.0 - v)
+                }
+            }
+        };
+        let edge = 4 * quad + side;
+        let (ruler, turned) = match self.odd_edges.get(&edge) {
+            Some(&odd) => odd,
+            None => self
+                .quads
+                .cage
+                .across(edge)
+                .filter(|&back| back < edge)
+                .map_or((edge, false), |back| (back, true)),
+        };
+        (ruler / 4, on_side(ruler % 4, if turned { 1.0 - s } else { s }))
+    }
+
+    /// The texture coordinates at parameters of a quad.
+    fn uv(&self, quad: u32, [u, v]: [f64; 2]) -> [f64; 2] {
+        let first = quad as usize * 4;
+        let Some(corners) = self.quads.uvs.get(first..first + 4) else {
+            return [0.0; 2];
+        };
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| DVec2::from_array(corners[k].map(f64::from)));
+        let (lower, upper) = (a * (1.0 - u) + b * u, d * (1.0 - u) + c * u);
+        (lower * (1.0 - v) + upper * v).to_array()
+    }
+
+    /// A box around the texture coordinates of a part.
+    fn uv_box(&self, quad: u32, Domain { u, v }: Domain) -> UvBox {
+        let ends = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]];
+        uv_box(ends.map(|place| DVec2::from_array(self.uv(quad, place))))
+    }
+}
+
+/// The thickness of a border, where a part of a quad stands for it.
+const THIN: f64 = 1.0 / 1_048_576.0;
+
+/// A thin part of a quad around a place on its border, so far to both sides along the border.
+fn around(place: [f64; 2], half: f64) -> Domain {
+    let span = |t: f64| match t {
+        0.0 => [0.0, THIN],
+        1.0 => [1.0 - THIN, 1.0],
+        t => [(t - half).max(0.0), (t + half).min(1.0)],
+    };
+    Domain { u: span(place[0]), v: span(place[1]) }
+}
+
+/// A place on a side of a quad, from corner `side` to the next.
+fn on_side(side: u32, s: f64) -> [f64; 2] {
+    match side {
+        0 => [s, 0.0],
+        1 => [1.0, s],
+        2 => [1.0 - s, 1.0],
+        _ => [0.0, 1.0 - s],
+    }
+}
+
+/// The sharpness that was asked for, by welded vertices.
+fn sharpness(scene: &Scene, polygons: &Polygons, creases: &Creases) -> Sharpness {
+    if creases.edges.is_empty() && creases.corners.is_empty() {
+        return Sharpness::default();
+    }
+    let vertices: HashMap<[u32; 3], u32> =
+        polygons.positions.iter().map(|p| p.map(f32::to_bits)).zip(0..).collect();
+    let welded = |index: u32| {
+        let position = scene.positions.get(index as usize)?;
+        vertices.get(&position.map(|x| (x + 0.0).to_bits())).copied()
+    };
+    let endless = |s: f32| if s >= ENDLESS { f32::INFINITY } else { s.max(0.0) };
+    let edge = |&([a, b], s): &([u32; 2], f32)| {
+        let (a, b) = (welded(a)?, welded(b)?);
+        Some(([a.min(b), a.max(b)], endless(s)))
+    };
+    Sharpness {
+        edges: creases.edges.iter().filter_map(edge).collect(),
+        vertices: creases.corners.iter().filter_map(|&(v, s)| Some((welded(v)?, endless(s)))).collect(),
+    }
+}
+
+/// The least corner at each vertex and its twins.
+fn rulers(quads: &QuadCage) -> Vec<u32> {
+    let mut least = vec![u32::MAX; quads.points.len()];
+    for (corner, &vertex) in (0_u32..).zip(&quads.cage.vertices) {
+        let twin = quads.twins[vertex as usize] as usize;
+        least[twin] = least[twin].min(corner);
+    }
+    quads.twins.iter().map(|&twin| least[twin as usize]).collect()
+}
+
+/// For borders that lie on each other: the least of them.
+fn odd_edges(quads: &QuadCage) -> HashMap<u32, (u32, bool)> {
+    let cage = &quads.cage;
+    let mut first: HashMap<[u32; 2], (u32, u32)> = HashMap::new();
+    let mut odd = HashMap::new();
+    for corner in (0..cage.vertices.len() as u32).filter(|&corner| cage.across(corner).is_none()) {
+        let [from, to] = [corner, cage.next(corner)].map(|corner| quads.twins[cage.vertex(corner) as usize]);
+        let &mut (ruler, start) = first.entry([from.min(to), from.max(to)]).or_insert((corner, from));
+        if ruler != corner {
+            odd.insert(corner, (ruler, start != from));
+        }
+    }
+    odd
+}
+
+impl OnDemand for SubdivisionSurface {
+    type Object = Node;
+
+    fn roots(&self) -> Vec<Node> {
+        self.tree.roots()
+    }
+
+    fn bounds(&self, object: &Node, domain: Domain) -> Aabb {
+        match self.tree.patch(*object) {
+            Some(quad) if domain != Domain::UNIT => self.quad_bounds(quad, domain),
+            _ => self.tree.bounds(*object),
+        }
+    }
+
+    fn expand(&self, object: &Node, _spacing: f64, parts: &mut Vec<Node>) -> bool {
+        parts.extend(self.tree.parts(*object));
+        self.tree.patch(*object).is_none()
+    }
+
+    fn evaluate(&self, patch: &Node, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
+        let Some(quad) = self.tree.patch(*patch) else {
+            return;
+        };
+        let mut asked: Vec<(u32, Vec<Place>)> = vec![(quad, Vec::with_capacity(parameters.len()))];
+        for (index, &place) in parameters.iter().enumerate() {
+            let (ruler, place) = self.ruler(quad, place);
+            match asked.iter_mut().find(|(known, _)| *known == ruler) {
+                Some((_, places)) => places.push((index, place)),
+                None => asked.push((ruler, vec![(index, place)])),
+            }
+        }
+        let none = Sample { point: DVec3::ZERO, normal: DVec3::ZERO };
+        let (mut samples, first) = (vec![none; parameters.len()], points.len());
+        points.resize(first + parameters.len(), [0.0; 3]);
+        for (ruler, places) in asked.iter().filter(|(_, places)| !places.is_empty()) {
+            self.with_limit(*ruler, |limit| {
+                limit.samples(places, !self.displacement.is_none(), &mut samples)
+            });
+            for &(index, place) in places {
+                let Sample { point, normal } = samples[index];
+                let uv = || self.uv(*ruler, place);
+                points[first + index] = rounded(self.displacement.displaced(point, normal, uv));
+            }
+        }
+    }
+
+    fn id(&self, patch: &Node) -> u32 {
+        self.tree.patch(*patch).map_or(0, |quad| self.quads.parents[quad as usize])
+    }
+}

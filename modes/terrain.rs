@@ -1,0 +1,120 @@
+//! `builtin:terrain`: mountains without a finest scale.
+//!
+//! The height is a ridged multifractal of 24 octaves of noise n_k: h = H·Σ w_k·2⁻ᵏ·r_k with ridges r_k = (1 − |2·n_k − 1|)², w_0 = 1
+//! and w_{k+1} = min(1, 2·w_k·r_k). So crests are rough and valleys smooth. The finest octave has a wavelength of a tenth of a
+//! millimetre and the amplitude of a grain of dust; more would not show in f32.
+//!
+//! Bounds follow the same steps with ranges: those of the noise are tight (`plane_noise.rs`), r is monotone on either side of ½, and
+//! sums and products of numbers ≥ 0 are monotone.
+//!
+//! Based on: Ken Musgrave, Craig Kolb and Robert Mace, "The Synthesis and Rendering of Eroded Fractal Terrains", 1989; Ramon Moore,
+//! "Interval Analysis", 1966.
+
+use glam::DVec3;
+use umbel_core::{Aabb, Domain, OnDemand};
+
+use crate::extent::{Extent, rounded};
+use crate::plane_noise::{Cursor, PlaneNoise, Rectangle};
+
+/// Octaves of the noise.
+const OCTAVES: usize = 24;
+/// Half of the side of the land, in metres.
+const HALF_SIDE: f64 = 4096.0;
+/// Patches along each side: 512 metres each.
+const PATCHES: u32 = 16;
+/// What the sum of octaves is multiplied with, in metres.
+const HEIGHT: f64 = 380.0;
+/// The noise: the first octave has cells of 2048 metres.
+const NOISE: PlaneNoise = PlaneNoise { seed: 0x7e44a1, frequency: 1.0 / 2048.0 };
+
+/// Fractal mountains, 8192 metres to each side around the origin, y upwards. Hits report the index of a patch of 512 metres.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Terrain;
+
+impl Terrain {
+    /// The height above the plane y = 0 at (x, z).
+    #[must_use]
+    pub fn height(&self, x: f64, z: f64) -> f64 {
+        height(&mut NOISE.cursor(), [x, z])
+    }
+}
+
+/// The height at (x, z).
+fn height(noise: &mut Cursor<OCTAVES>, place: [f64; 2]) -> f64 {
+    let (mut sum, mut amplitude, mut weight) = (0.0, 1.0, 1.0);
+    for octave in 0..OCTAVES as u32 {
+        let ridge = ridge(noise.at(octave, place));
+        let signal = ridge * weight;
+        sum += signal * amplitude;
+        weight = (2.0 * signal).min(1.0);
+        amplitude *= 0.5;
+        // Nothing more can come.
+        if weight == 0.0 {
+            break;
+        }
+    }
+    sum * HEIGHT
+}
+
+fn ridge(noise: f64) -> f64 {
+    let crest = 1.0 - (2.0 * noise - 1.0).abs();
+    crest * crest
+}
+
+/// The range of heights over a rectangle.
+fn range(rectangle: &Rectangle) -> [f64; 2] {
+    let (mut sum, mut amplitude, mut weight) = ([0.0; 2], 1.0, [1.0; 2]);
+    for octave in 0..OCTAVES as u32 {
+        let [least, greatest] = NOISE.range(octave, rectangle);
+        // A noise may leave [0, 1] by the room for its rounding.
+        let ends = [ridge(least.clamp(0.0, 1.0)), ridge(greatest.clamp(0.0, 1.0))];
+        let top = if least <= 0.5 && greatest >= 0.5 { 1.0 } else { ends[0].max(ends[1]) };
+        let signal = [ends[0].min(ends[1]) * weight[0], top * weight[1]];
+        sum = [sum[0] + signal[0] * amplitude, sum[1] + signal[1] * amplitude];
+        weight = signal.map(|signal| (2.0 * signal).min(1.0));
+        amplitude *= 0.5;
+    }
+    // The room that the noise leaves in an octave reaches those after it, doubled each time, while amplitudes halve.
+    const SLACK: f64 = 1e-10;
+    [(sum[0] - SLACK) * HEIGHT, (sum[1] + SLACK) * HEIGHT]
+}
+
+impl OnDemand for Terrain {
+    type Object = u32;
+
+    fn roots(&self) -> Vec<u32> {
+        (0..PATCHES * PATCHES).collect()
+    }
+
+    fn bounds(&self, object: &u32, domain: Domain) -> Aabb {
+        let [lo, hi] = [0, 1].map(|k| place(*object, [domain.u[k], domain.v[k]]));
+        // v runs against z.
+        let rectangle = Rectangle { x: [lo[0], hi[0]], z: [hi[1], lo[1]] };
+        let [least, greatest] = range(&rectangle);
+        let corners = [DVec3::new(lo[0], least, hi[1]), DVec3::new(hi[0], greatest, lo[1])];
+        Extent::of(corners).outward()
+    }
+
+    fn expand(&self, _object: &u32, _spacing: f64, _parts: &mut Vec<u32>) -> bool {
+        false
+    }
+
+    fn evaluate(&self, patch: &u32, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
+        let mut noise = NOISE.cursor();
+        points.extend(parameters.iter().map(|&parameters| {
+            let [x, z] = place(*patch, parameters);
+            rounded(DVec3::new(x, height(&mut noise, [x, z]), z))
+        }));
+    }
+
+    fn id(&self, patch: &u32) -> u32 {
+        *patch
+    }
+}
+
+/// Where parameters of a patch lie: exact, so that patches meet.
+fn place(patch: u32, [u, v]: [f64; 2]) -> [f64; 2] {
+    let side = 2.0 * HALF_SIDE / f64::from(PATCHES);
+    let (column, row) = (f64::from(patch % PATCHES), f64::from(patch / PATCHES));
+    [(column + u) * side - HALF_SIDE, HALF_SIDE - (row + v) * side]
+}

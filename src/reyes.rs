@@ -1,0 +1,242 @@
+//! Reyes: surfaces that exist only where rays are, driven by the recursion of the pencil path.
+//!
+//! ```text
+//! halve(rays, objects):
+//!     drop objects outside the frustum; open the largest, until there are WIDE
+//!     more rays than a tile: both halves of the film in parallel, with what is left of the objects
+//!     a tile: nearest first: drop what is hidden; open, or dice and sample what is ready
+//! ```
+//!
+//! Opening expands a group or splits a patch, see [`crate::dicer`]. So tiles share the work on objects that are larger than
+//! they are, hidden objects are never opened but for those few, and nothing is kept: a list of at most WIDE objects (and the
+//! parts of one group) per film that is being halved, one grid per thread, and what the rays of a tile have hit.
+//!
+//! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987; Alexander Keller
+//! and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure", 2011.
+
+use std::mem::size_of;
+use std::sync::{Mutex, PoisonError};
+
+use fearless_simd::Level;
+
+use crate::density::Density;
+use crate::dicer::{Dicer, Dicing, Piece};
+use crate::film::{Film, Sampling};
+use crate::footprints::Pixels;
+use crate::frustum::{Frustum, Interval, Projection};
+use crate::grid_samples::TileSamples;
+use crate::grid_tile::GridTile;
+use crate::hierarchical_z::TILE_SIDE;
+use crate::pencil::Origin;
+use crate::placed_grid::PlacedGrid;
+use crate::query::{check_call, in_pool};
+use crate::surface_hits::{SurfaceHits, SurfaceWindow};
+use crate::window::Rect;
+use crate::{Aabb, Error, GridFilm, OnDemand, Options, Path, Pencil, Stats, diced, reyes_tile};
+
+/// Objects that a film is given to its halves with, if there are as many.
+const WIDE: usize = 64;
+
+/// Finds the nearest surface along each ray, making surfaces where they are needed only.
+///
+/// Patches are diced into micropolygons as the density of the rays asks: see [`Dicing`]. What a ray sees is exact for those
+/// micropolygons, and the same on every path, thread count and machine; so is what lies between two grids, as they never
+/// leave a crack. Runs on the current rayon pool. Memory does not grow with the number of micropolygons: see
+/// [`Stats::engine_bytes`]. [`crate::Accuracy`] changes nothing here. [`Path::General`] makes all triangles first, see [`crate::dice_all`].
+///
+/// # Errors
+/// When a film is scattered, the shading rate is out of range, a surface gives points that are not finite, or the thread
+/// flushes subnormal numbers to zero.
+pub fn closest_hit_on_demand<S: OnDemand>(
+    surfaces: &S,
+    pencil: &Pencil,
+    dicing: &Dicing,
+    options: &Options,
+) -> Result<(SurfaceHits, Stats), Error> {
+    let level = check_call(pencil.len(), options)?;
+    dicing.check()?;
+    let density = Density::new(pencil)?;
+    match options.path {
+        Path::Pencil => in_pool(|| see(surfaces, pencil, (&density, dicing), level))?,
+        Path::General => diced::see_all(surfaces, pencil, dicing, options),
+    }
+}
+
+/// What a thread works with.
+pub(crate) struct Workspace<'a, S: OnDemand> {
+    pub(crate) dicer: Dicer<'a, S>,
+    pub(crate) samples: TileSamples,
+    pub(crate) grid: PlacedGrid,
+    pub(crate) opened: Vec<Piece<S::Object>>,
+    pub(crate) stack: Vec<Item<S::Object>>,
+    /// The most micropolygons of a grid.
+    pub(crate) largest_grid: u64,
+}
+
+impl<S: OnDemand> Workspace<'_, S> {
+    fn bytes(&self) -> usize {
+        self.dicer.bytes()
+            + self.samples.bytes()
+            + self.grid.bytes()
+            + self.opened.capacity() * size_of::<Piece<S::Object>>()
+            + self.stack.capacity() * size_of::<Item<S::Object>>()
+    }
+}
+
+/// A piece that some rays may meet.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Item<O> {
+    pub(crate) piece: Piece<O>,
+    pub(crate) bounds: Aabb,
+    /// A lower bound of t on the rays within the box.
+    pub(crate) t: f64,
+    /// About how large the box looks.
+    size: f64,
+}
+
+/// What all rays of a film share.
+pub(crate) struct FilmQuery<'q, 'a, S: OnDemand> {
+    pub(crate) surfaces: &'a S,
+    pub(crate) origin: Origin,
+    pub(crate) film: &'q GridFilm,
+    pub(crate) projection: Projection,
+    pub(crate) level: Level,
+    density: &'a Density,
+    dicing: &'q Dicing,
+    /// Workspaces that no thread uses now.
+    idle: &'q Mutex<Vec<Box<Workspace<'a, S>>>>,
+}
+
+/// The recursion for every film.
+fn see<S: OnDemand>(
+    surfaces: &S,
+    pencil: &Pencil,
+    (density, dicing): (&Density, &Dicing),
+    level: Level,
+) -> Result<(SurfaceHits, Stats), Error> {
+    let mut hits = SurfaceHits::with_room(pencil.len());
+    let grids = || {
+        pencil.films().iter().filter_map(|film| match film {
+            Film::Grid(film) => Some(film),
+            Film::Scattered(_) => None,
+        })
+    };
+    let windows = SurfaceWindow::over(&mut hits, grids().map(|film| [film.width(), film.height()]));
+    let idle = Mutex::new(Vec::new());
+    let mut stats = Stats::default();
+    for (film, mut window) in grids().zip(windows) {
+        let origin = pencil.origin();
+        let Some(projection) = Projection::new(origin, film.span()) else {
+            window.miss();
+            continue;
+        };
+        let query = FilmQuery { surfaces, origin, film, projection, level, density, dicing, idle: &idle };
+        let roots: Vec<Item<S::Object>> =
+            surfaces.roots().into_iter().map(|root| Item::new(Piece::of(root), surfaces)).collect();
+        stats = stats.then(query.halve(&roots, window)?);
+    }
+    let idle = idle.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let threads: usize = idle.iter().map(|work| work.bytes()).sum();
+    stats.engine_bytes = stats.engine_bytes * rayon::current_num_threads() as u64 + threads as u64;
+    stats.micropolygons_in_flight = idle.iter().map(|work| work.largest_grid).sum();
+    Ok((hits, stats))
+}
+
+impl<'a, S: OnDemand> FilmQuery<'_, 'a, S> {
+    /// A workspace, and its return.
+    fn with_workspace<R>(&self, work: impl FnOnce(&mut Workspace<'a, S>) -> R) -> R {
+        let taken = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut workspace = taken.unwrap_or_else(|| {
+            Box::new(Workspace {
+                dicer: Dicer::new(self.surfaces, self.density, self.dicing),
+                samples: TileSamples::new(),
+                grid: PlacedGrid::default(),
+                opened: Vec::new(),
+                stack: Vec::new(),
+                largest_grid: 0,
+            })
+        });
+        let result = work(&mut workspace);
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
+        result
+    }
+
+    /// The frustum over a rectangle of rays.
+    pub(crate) fn frustum(&self, rect: Rect) -> Frustum {
+        let x = Interval { lo: self.film.x(rect.x0), hi: self.film.x(rect.x1 - 1) };
+        let y = Interval { lo: self.film.y(rect.y1 - 1), hi: self.film.y(rect.y0) };
+        Frustum::new(&self.projection, x, y, Interval { lo: 0.0, hi: 0.0 })
+    }
+
+    /// One step of the recursion: the rays of a window and the objects that they may meet.
+    fn halve(&self, objects: &[Item<S::Object>], window: SurfaceWindow<'_>) -> Result<Stats, Error> {
+        let rect = window.rect;
+        let frustum = self.frustum(rect);
+        let mut stats = Stats { nodes: 1, ..Stats::default() };
+        let mut met: Vec<Item<S::Object>> =
+            objects.iter().filter_map(|item| enter(item, &frustum, &mut stats)).collect();
+        if rect.width() <= TILE_SIDE && rect.height() <= TILE_SIDE {
+            return self.with_workspace(|work| {
+                let tile = GridTile {
+                    origin: self.origin,
+                    film: self.film,
+                    rect,
+                    frustum,
+                    pixels: self.pixels([rect.x0, rect.y0]),
+                };
+                reyes_tile::see(self, &tile, work, (met, window), stats)
+            });
+        }
+        self.with_workspace(|work| self.refine(&mut met, &frustum, work, &mut stats));
+        let [first, second] = window.halves(TILE_SIDE);
+        let (first, second) = rayon::join(|| self.halve(&met, first), || self.halve(&met, second));
+        let (first, second) = (first?, second?);
+        // The greatest along one way down; each thread is on one.
+        stats.engine_bytes = (met.capacity() * size_of::<Item<S::Object>>()) as u64;
+        Ok(stats.plus(first.then(second)))
+    }
+
+    /// Columns and rows of the film counted from a ray.
+    fn pixels(&self, first: [u32; 2]) -> Pixels {
+        Pixels::counted_from(&self.projection, self.film, first, Sampling::Grid)
+    }
+
+    /// Opens the largest objects until there are many.
+    fn refine(
+        &self,
+        objects: &mut Vec<Item<S::Object>>,
+        frustum: &Frustum,
+        work: &mut Workspace<'a, S>,
+        stats: &mut Stats,
+    ) {
+        let Workspace { dicer, opened, .. } = work;
+        while objects.len() < WIDE {
+            let closed = (0..objects.len()).filter(|&place| objects[place].piece.ready().is_none());
+            let size = |&one: &usize, &other: &usize| objects[one].size.total_cmp(&objects[other].size);
+            let Some(largest) = closed.max_by(size) else { return };
+            let Item { piece, bounds, .. } = objects.swap_remove(largest);
+            opened.clear();
+            dicer.open(&piece, &bounds, opened, stats);
+            let parts = opened.iter().map(|piece| Item::new(*piece, self.surfaces));
+            objects.extend(parts.filter_map(|part| enter(&part, frustum, stats)));
+        }
+    }
+}
+
+impl<O: Copy> Item<O> {
+    /// A piece that nobody has looked at yet.
+    pub(crate) fn new<S: OnDemand<Object = O>>(piece: Piece<O>, surfaces: &S) -> Self {
+        Self { piece, bounds: piece.bounds(surfaces), t: 0.0, size: 0.0 }
+    }
+}
+
+/// The object, with its t, unless it lies outside the frustum.
+pub(crate) fn enter<O: Copy>(item: &Item<O>, frustum: &Frustum, stats: &mut Stats) -> Option<Item<O>> {
+    stats.frustum_tests += 1;
+    let Some(t) = frustum.enter(&item.bounds) else {
+        stats.surfaces_culled_by_frustum += 1;
+        return None;
+    };
+    let [x, y, z] = item.bounds.extent();
+    Some(Item { t, size: if t > 0.0 { (x + y + z) / t } else { f64::INFINITY }, ..*item })
+}

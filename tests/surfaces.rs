@@ -1,0 +1,55 @@
+//! Surfaces on demand: bounds, borders, limits and formulas, without the engine that drives them.
+
+#[path = "surfaces/borders.rs"]
+mod borders;
+#[path = "surfaces/bounds.rs"]
+mod bounds;
+#[path = "surfaces/catmull_clark.rs"]
+mod catmull_clark;
+#[path = "surfaces/displacement.rs"]
+mod displacement;
+#[path = "surfaces/meshes.rs"]
+mod meshes;
+#[path = "surfaces/patches.rs"]
+mod patches;
+#[path = "surfaces/plain.rs"]
+mod plain;
+mod support;
+
+use umbel::{Aabb, Domain, OnDemand};
+
+/// All patches of a surface, at the finest level of detail.
+fn patches<S: OnDemand>(surface: &S) -> Vec<S::Object> {
+    let (mut open, mut patches, mut parts) = (surface.roots(), Vec::new(), Vec::new());
+    while let Some(object) = open.pop() {
+        parts.clear();
+        match surface.expand(&object, 0.0, &mut parts) {
+            true => open.append(&mut parts),
+            false => patches.push(object),
+        }
+    }
+    patches
+}
+
+/// Points of a patch.
+fn points<S: OnDemand>(surface: &S, patch: &S::Object, parameters: &[[f64; 2]]) -> Vec<[f32; 3]> {
+    let mut points = Vec::new();
+    surface.evaluate(patch, parameters, &mut points);
+    assert_eq!(points.len(), parameters.len());
+    points
+}
+
+/// Whether a box holds a point.
+fn holds(bounds: &Aabb, point: [f32; 3]) -> bool {
+    (0..3).all(|k| bounds.lo[k] <= point[k] && point[k] <= bounds.hi[k])
+}
+
+/// A domain of a power of two.
+fn domain(levels: [u32; 2], places: [u32; 2]) -> Domain {
+    let span = |k: usize| {
+        let side = 1.0 / f64::from(1_u32 << levels[k]);
+        let place = f64::from(places[k] % (1 << levels[k]));
+        [place * side, (place + 1.0) * side]
+    };
+    Domain { u: span(0), v: span(1) }
+}

@@ -1,0 +1,160 @@
+//! Bounds never cut off a point: of any surface, over any part.
+
+use proptest::prelude::*;
+use umbel::{
+    Creases, DisplacedMesh, Displacement, Domain, Field, HeightMap, Noise, OnDemand, Relief,
+    SubdivisionSurface, Terrain,
+};
+
+use crate::meshes::{cube, house, sheet, sphere, star, tangle};
+use crate::patches::teapot;
+use crate::support::Random;
+use crate::{domain, holds, patches, points};
+
+/// Reliefs of all kinds.
+pub(crate) fn displacements() -> Vec<Displacement> {
+    let mut random = Random(5);
+    let heights: Vec<f32> = (0..35).map(|_| random.unit() as f32).collect();
+    let relief = |relief: Relief, height: f64| Displacement { relief, height };
+    vec![
+        Displacement::NONE,
+        relief(Relief::Map(HeightMap::new(7, &heights)), 0.4),
+        relief(Relief::Map(HeightMap::new(1, &[0.25])), -0.3),
+        relief(Relief::Noise(Noise::new(3.0, 9)), 0.5),
+        relief(Relief::Noise(Noise { frequency: 0.4, seed: 1, octaves: 12, gain: 0.7 }), -2.0),
+        relief(Relief::Noise(Noise::new(1.0, 2)), 1e30),
+        relief(Relief::Noise(Noise::new(5.0, 2)), 0.0),
+    ]
+}
+
+/// A patch's points lie within the bounds of a part, and that part's within the bounds of all.
+fn check<S: OnDemand>(surface: &S, patch: &S::Object, part: Domain, places: &[[f64; 2]]) {
+    let (bounds, all) = (surface.bounds(patch, part), surface.bounds(patch, Domain::UNIT));
+    let inside = |[s, t]: [f64; 2]| {
+        let at = |ends: [f64; 2], t: f64| if t == 1.0 { ends[1] } else { ends[0] + (ends[1] - ends[0]) * t };
+        [at(part.u, s), at(part.v, t)]
+    };
+    let places: Vec<[f64; 2]> = places.iter().map(|&place| inside(place)).collect();
+    for (point, place) in points(surface, patch, &places).into_iter().zip(places) {
+        assert!(point.iter().all(|x| x.is_finite()), "{point:?}");
+        assert!(holds(&bounds, point), "{point:?} at {place:?} is not in {bounds:?} of {part:?}");
+        assert!(holds(&all, point), "{point:?} at {place:?} is not in {all:?}");
+    }
+}
+
+/// Corners, borders and some places inside.
+fn places(random: &mut Random) -> Vec<[f64; 2]> {
+    let mut places = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.5, 0.5]];
+    for _ in 0..6 {
+        let [s, t] = [random.unit(), random.unit()];
+        places.extend([[s, t], [s, 0.0], [1.0, t], [0.0, s], [t, 1.0]]);
+    }
+    places
+}
+
+/// Groups hold the bounds of their parts.
+fn check_groups<S: OnDemand>(surface: &S, spacing: f64, limit: usize) {
+    let (mut open, mut parts, mut seen) = (surface.roots(), Vec::new(), 0);
+    while let Some(object) = open.pop().filter(|_| seen < limit) {
+        seen += 1;
+        parts.clear();
+        if !surface.expand(&object, spacing, &mut parts) {
+            assert!(parts.is_empty());
+            continue;
+        }
+        let bounds = surface.bounds(&object, Domain::UNIT);
+        for part in &parts {
+            let part = surface.bounds(part, Domain::UNIT);
+            assert!(holds(&bounds, part.lo) && holds(&bounds, part.hi), "{part:?} in {bounds:?}");
+        }
+        // From both ends of the list: deep and wide.
+        let middle = open.len() / 2;
+        open.splice(middle..middle, parts.drain(..));
+    }
+}
+
+/// Checks some patches of a surface over random parts.
+fn check_some<S: OnDemand>(surface: &S, random: &mut Random, count: usize) {
+    check_groups(surface, 0.0, 4000);
+    let patches = patches(surface);
+    for _ in 0..count {
+        let patch = &patches[random.next() as usize % patches.len()];
+        check(surface, patch, random_domain(random), &places(random));
+    }
+}
+
+fn random_domain(random: &mut Random) -> Domain {
+    // Deep parts at the borders and corners, where patches are odd, and anywhere else.
+    let levels = [random.next() as u32 % 20, random.next() as u32 % 20];
+    let mut place = |level: u32| match random.next() % 3 {
+        0 => 0,
+        1 => (1 << level) - 1,
+        _ => random.next() as u32,
+    };
+    domain(levels, [place(levels[0]), place(levels[1])])
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn bounds_hold_teapots(seed: u64) {
+        check_some(&teapot(), &mut Random(seed), 40);
+    }
+
+    #[test]
+    fn bounds_hold_displaced_meshes(seed: u64) {
+        let mut random = Random(seed);
+        for displacement in displacements() {
+            for scene in [cube(), sphere(8, 5), house(), tangle(), sheet(3, &mut random)] {
+                check_some(&DisplacedMesh::new(&scene, displacement.clone()), &mut random, 10);
+            }
+        }
+    }
+
+    #[test]
+    fn bounds_hold_catmull_clark_surfaces(seed: u64) {
+        let mut random = Random(seed);
+        for displacement in displacements() {
+            let valence = 3 + random.next() as u32 % 6;
+            let creases = Creases {
+                edges: vec![([0, 1], 10.0), ([1, 3], 2.3), ([2, 3], 0.7), ([3, 7], 1.0)],
+                corners: vec![(6, 1.5), (5, 10.0)],
+            };
+            for scene in [cube(), house(), tangle(), sheet(3, &mut random), star(valence, &mut random)] {
+                check_some(&SubdivisionSurface::new(&scene, &creases, displacement.clone()), &mut random, 6);
+            }
+        }
+    }
+
+    #[test]
+    fn bounds_hold_terrain(seed: u64) {
+        let mut random = Random(seed);
+        for _ in 0..40 {
+            let patch = random.next() as u32 % 256;
+            check(&Terrain, &patch, random_domain(&mut random), &places(&mut random));
+        }
+    }
+
+    #[test]
+    fn bounds_hold_fields(seed: u64, spacing in 0.0..40.0_f64) {
+        let mut random = Random(seed);
+        check_groups(&Field, spacing, 300);
+        // Down one way at random.
+        for spacing in [0.0, spacing] {
+            let mut object = Field.roots().pop().expect("a root");
+            let mut parts = Vec::new();
+            while Field.expand(&object, spacing, &mut parts) {
+                for part in &parts {
+                    let (bounds, part) = (Field.bounds(&object, Domain::UNIT), Field.bounds(part, Domain::UNIT));
+                    prop_assert!(holds(&bounds, part.lo) && holds(&bounds, part.hi), "{:?} {:?}", object, part);
+                }
+                object = parts[random.next() as usize % parts.len()];
+                parts.clear();
+            }
+            check(&Field, &object, random_domain(&mut random), &places(&mut random));
+        }
+        let ground = Field.roots()[random.next() as usize % 256];
+        check(&Field, &ground, random_domain(&mut random), &places(&mut random));
+    }
+}
