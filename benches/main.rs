@@ -28,7 +28,6 @@ mod plot;
 mod primary;
 mod reference;
 mod report;
-mod reyes;
 mod rounds;
 mod shadow;
 mod shadow_rays;
@@ -86,7 +85,6 @@ fn run(cli: &cli::Cli) -> Result<()> {
         cli::Command::Shadow(args) => shadow::run(args, &cli.common),
         cli::Command::Ambient(args) => ambient::run(args, &cli.common),
         cli::Command::Error(args) => error::run(args, &cli.common),
-        cli::Command::Reyes(args) => reyes::run(args, &cli.common),
         cli::Command::Leaks(args) => leaks::run(args, &cli.common),
         cli::Command::Cliffs(args) => cliffs::run(args),
     }
