@@ -44,8 +44,6 @@ pub(crate) enum Command {
     Bounce(BounceArgs),
     /// Time how long openness takes that is right to within an error
     Error(ErrorArgs),
-    /// Time a displaced surface that is diced on the way, against its triangles made beforehand
-    Reyes(ReyesArgs),
     /// Count the rays that escape from a closed sphere
     Leaks(LeaksArgs),
     /// Time umbel for hard subjects with more and more triangles
@@ -185,29 +183,6 @@ pub(crate) struct ErrorArgs {
     /// Rounds that count; one more goes before them
     #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) repeat: u32,
-
-    /// Write everything that was measured
-    #[arg(long, value_name = "FILE.json")]
-    pub(crate) json: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct ReyesArgs {
-    /// Pixels
-    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "1920x1080")]
-    pub(crate) size: (u32, u32),
-
-    /// Edges of micropolygons in pixels; may be given more than once
-    #[arg(long, value_name = "PIXELS", default_value = "0.5")]
-    pub(crate) shading_rate: Vec<f64>,
-
-    /// Rounds that count; one more goes before them
-    #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub(crate) repeat: u32,
-
-    /// Engines by the beginnings of their names, such as embree,obvhs-cwbvh. umbel always runs. Default: all
-    #[arg(long, value_name = "LIST", value_delimiter = ',')]
-    pub(crate) engines: Vec<String>,
 
     /// Write everything that was measured
     #[arg(long, value_name = "FILE.json")]
