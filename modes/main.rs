@@ -2,15 +2,20 @@
 
 mod bake_args;
 mod bake_command;
+mod bake_dial;
 mod bake_files;
 #[cfg_attr(not(feature = "gltf"), path = "bake_no_gltf.rs")]
 mod bake_gltf;
+mod bake_sample;
 mod bake_sampling_args;
 mod bake_source;
 mod camera_args;
 mod cli;
 mod commands;
+mod dial_args;
 mod interrupt;
+mod knobs;
+mod machine;
 mod parse;
 mod picture;
 mod picture_args;
@@ -19,7 +24,16 @@ mod probe_command;
 mod report;
 mod shadow_args;
 mod shadow_command;
+mod shadow_dial;
 mod shadow_files;
+mod trade_args;
+mod trade_command;
+mod trade_html;
+mod trade_picture;
+mod trade_plot;
+mod trade_report;
+mod trade_subject;
+mod trade_words;
 mod views;
 mod visible_command;
 
@@ -53,6 +67,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Visible(args) => visible_command::visible_triangles(args, &cli.common),
         Command::Shadow(args) => shadow_command::shadow(args, &cli.common),
         Command::Bake(args) => bake_command::bake(args, &cli.common),
+        Command::Trade(args) => trade_command::trade(args, &cli.common),
         Command::Verify(args) => commands::verify_scene(args, &cli.common),
         Command::Info(args) => commands::info_scene(args, &cli.common),
     })
