@@ -73,7 +73,7 @@ impl Dial<'_> {
 
     /// The options of a reference for so many rays, and its own number of them.
     fn reference(&self, rays: u32) -> BakeOptions {
-        let rays = (rays * REFERENCE).max(LEAST_REFERENCE).min(MOST_RAYS * REFERENCE);
+        let rays = (rays * REFERENCE).clamp(LEAST_REFERENCE, MOST_RAYS * REFERENCE);
         let seed = self.options.seed ^ REFERENCE_SEED;
         BakeOptions { rays, seed, set: SampleSet::Shared, ..self.options }
     }
@@ -144,11 +144,11 @@ impl Dial<'_> {
             )?;
             clock.push(f64::from(bake.directions() as u32), run);
             let fitting = clock.work_in(left());
-            // One more run that takes a sixteenth of the time, for as long as the last one was shorter.
-            let next = (fitting / 16.0).min(f64::from(most)) as u32;
+            // One more run that takes an eighth of the time, for as long as the last one was shorter.
+            let next = (fitting / 8.0).min(f64::from(most)) as u32;
             if f64::from(next) < 2.0 * clock.last() {
                 let rays = |fitting: f64| fitting.min(f64::from(most)) as u32 / per_ray;
-                let (tried, law) = self.measured(rays(fitting), ESTIMATING * seconds)?;
+                let (tried, law) = self.measured(rays(fitting).min(MOST_RAYS), ESTIMATING * seconds)?;
                 return self.fitting(seconds, rays(clock.work_in(left())), tried, law);
             }
             directions = next;

@@ -330,8 +330,9 @@ fn check_memory(
     let square = |size: u32| u64::from(size) * u64::from(size);
     let count = lights.len() as u64;
     let faces = if is_sun(lights[0]) { 1 } else { 6 };
-    let maps =
-        args.output.as_ref().map_or(0, |_| square(args.map_size()) * faces * (TEXEL_BYTES + 4 * count));
+    // The dial chooses no size that is too large.
+    let is_size_known = args.output.is_some() && args.dial.goal().is_none();
+    let maps = if is_size_known { square(args.map_size()) * faces * (TEXEL_BYTES + 4 * count) } else { 0 };
     let picture = args.mask.is_some() || args.compare.is_some() || args.dial.goal().is_some();
     let scattered = if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
     let pixel = PIXEL_BYTES + (SHADOW_BYTES + 6) * count + scattered;

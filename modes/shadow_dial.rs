@@ -19,10 +19,10 @@ use crate::dial_args::{Choice, Clock, Goal, Tried, cheapest, ladder};
 
 /// The largest texel count along a side that is chosen.
 const MOST: u32 = 8192;
-/// Wrong pixels that a sample should have at the limit, so that their number is known to about a tenth.
-const WRONG: f64 = 100.0;
+/// Wrong pixels that a sample should have at the limit, so that their number is known to a tenth.
+const WRONG: f64 = 400.0;
 /// The fewest and the most pixels of a sample, for each light.
-const SAMPLE: [usize; 2] = [1 << 14, 1 << 18];
+const SAMPLE: [usize; 2] = [1 << 15, 1 << 19];
 /// The seed of samples.
 const SEED: u64 = 0;
 /// Part of the time that is left as a reserve.
@@ -155,9 +155,9 @@ impl Dial<'_> {
             }
             clock.push(f64::from(size) * f64::from(size), run);
             let fitting = clock.work_in(left() - estimate_ms);
-            let next = (fitting / 12.0).sqrt().min(most) as u32;
+            let next = (fitting / 8.0).max(0.0).sqrt().min(most) as u32;
             if f64::from(next) < 1.4 * f64::from(size) {
-                break fitting.sqrt().min(most) as u32;
+                break fitting.max(0.0).sqrt().min(most) as u32;
             }
             size = next;
         };
