@@ -9,6 +9,7 @@ use umbel::{AtlasOptions, BakeOptions, Error, GrayBits, Scene};
 use crate::bake_gltf;
 use crate::bake_sampling_args::SamplingArgs;
 use crate::camera_args::refuse_first;
+use crate::dial_args::DialArgs;
 use crate::parse::parse_vector;
 use crate::picture::extension;
 
@@ -54,6 +55,9 @@ pub(crate) struct BakeArgs {
 
     #[command(flatten)]
     pub(crate) occluders: OccluderArgs,
+
+    #[command(flatten)]
+    pub(crate) dial: DialArgs,
 }
 
 /// Where a glTF file has openness at vertices.
@@ -125,6 +129,7 @@ impl BakeArgs {
     /// Refuses options that contradict each other. Nothing has been read yet.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.sampling.check()?;
+        self.dial.refuse_beside("--rays", self.sampling.has_rays())?;
         let (receivers, target) = (&self.receivers, self.target());
         let texels = matches!(target, Target::Texels(_));
         let output = self.output.as_deref().map(extension).unwrap_or_default();

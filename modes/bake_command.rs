@@ -2,6 +2,8 @@
 //!
 //! Receivers are taken in pieces, so that memory stays bounded by what is asked for; how they are cut changes no output.
 
+use std::time::Instant;
+
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 use umbel::{
@@ -10,6 +12,7 @@ use umbel::{
 };
 
 use crate::bake_args::{BakeArgs, OccluderArgs};
+use crate::bake_dial::Dial;
 use crate::bake_files::Files;
 use crate::bake_gltf::Patched;
 use crate::bake_source::{Extent, Results, Source};
@@ -26,9 +29,9 @@ fn triangle_bytes() -> u64 {
 }
 
 /// Memory that is needed, and how it is used.
-struct Plan {
+pub(crate) struct Plan {
     /// Units at once.
-    piece: usize,
+    pub(crate) piece: usize,
     /// Receivers at once, at most.
     receivers: u64,
     /// Values in all.
@@ -40,15 +43,15 @@ struct Plan {
 /// `umbel bake`.
 pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     args.check()?;
-    let mut times = Times::default();
+    let (mut times, start) = (Times::default(), Instant::now());
     let (scene, patched) = match Patched::load(args, common, &mut times)? {
         Some((patched, scene)) => (scene, Some(patched)),
         None => (load_scene(&args.scene, common, &mut times)?, None),
     };
-    let options = args.options(&scene);
-    let bake = Bake::new(options)?;
+    let mut options = args.options(&scene);
+    let mut bake = Bake::new(options)?;
     let occluders = timed(&mut times.load, || occluders(&scene, &args.occluders, common))?;
-    let plan = plan(args, &bake, (&scene, &occluders), common)?;
+    let mut plan = make_plan(args, &bake, (&scene, &occluders), common)?;
     // Not after hours of work.
     args.outputs().chain(&common.report).try_for_each(|path| check_output(path))?;
     if common.verbose {
@@ -57,10 +60,19 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     let triangles = occluders.geometry()?;
     let source = timed(&mut times.receivers, || Source::new(args, &scene))?;
     warn(&source, common);
+    let dial = Dial { options, source: &source, triangles: &triangles, piece: plan.piece, common, start };
+    let choice = args.dial.goal().map(|goal| dial.choose(goal)).transpose()?;
+    if let Some(choice) = &choice {
+        options.rays = choice.setting;
+        bake = Bake::new(options)?;
+        plan = make_plan(args, &bake, (&scene, &occluders), common)?;
+        choice.say(common);
+    }
     let found = run(&bake, (&source, &triangles), (plan.piece, options.bent), common, &mut times)?;
     let mut hash = blake3::Hasher::new();
     let (stats, rays) = (found.stats, usize::try_from(found.rays).unwrap_or(usize::MAX));
-    let more = report_fields(&options, &source, &found, &plan);
+    let mut more = report_fields(&options, &source, &found, &plan);
+    more.extend(choice.map(|choice| ("dial".to_owned(), choice.json())));
     if common.verbose {
         anstream::eprintln!("{} receivers, {} rays", found.receivers, found.rays);
     }
@@ -84,7 +96,11 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
 }
 
 /// The scene with what else occludes it.
-fn occluders<'a>(scene: &'a Scene, args: &OccluderArgs, common: &Common) -> Result<Occluders<'a>, Error> {
+pub(crate) fn occluders<'a>(
+    scene: &'a Scene,
+    args: &OccluderArgs,
+    common: &Common,
+) -> Result<Occluders<'a>, Error> {
     let mut occluders = Occluders::new(scene);
     for name in &args.scenes {
         occluders.add(&load(name, LoadOptions { drop_non_finite: common.drop_non_finite })?)?;
@@ -96,7 +112,7 @@ fn occluders<'a>(scene: &'a Scene, args: &OccluderArgs, common: &Common) -> Resu
 }
 
 /// Decides how many receivers are taken at once, or stops before the start where memory is too short for any number.
-fn plan(
+pub(crate) fn make_plan(
     args: &BakeArgs,
     bake: &Bake,
     (scene, occluders): (&Scene, &Occluders<'_>),
@@ -134,7 +150,7 @@ fn warn(source: &Source<'_>, common: &Common) {
 }
 
 /// Bakes piece by piece, as often as the options say.
-fn run(
+pub(crate) fn run(
     bake: &Bake,
     (source, triangles): (&Source<'_>, &Triangles<'_>),
     (piece, with_bent): (usize, bool),

@@ -10,9 +10,9 @@ use crate::camera_args::refuse_first;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Rays")]
 pub(crate) struct SamplingArgs {
-    /// Rays of a receiver; about as many where sets are shared
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=65536))]
-    rays: u32,
+    /// Rays of a receiver; about as many where sets are shared [default: 64]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    rays: Option<u32>,
 
     /// How far occluders count: world units, or percent of the diagonal of the scene's box; 0 is unlimited
     #[arg(long, value_name = "D|P%", default_value = "0", value_parser = parse_distance, allow_hyphen_values = true)]
@@ -59,6 +59,11 @@ impl SamplingArgs {
         ])
     }
 
+    /// Whether the number of rays is given.
+    pub(crate) fn has_rays(&self) -> bool {
+        self.rays.is_some()
+    }
+
     /// Whether 1 is open.
     pub(crate) fn is_openness(&self) -> bool {
         self.polarity == PolarityArg::Openness
@@ -67,7 +72,7 @@ impl SamplingArgs {
     /// What these options say: distances are measured in the scene. The rest is as it is by default.
     pub(crate) fn options(&self, scene: &Scene) -> BakeOptions {
         BakeOptions {
-            rays: self.rays,
+            rays: self.rays.unwrap_or(BakeOptions::default().rays),
             set: match self.set {
                 SetArg::Shared => SampleSet::Shared,
                 SetArg::Interleaved => SampleSet::Interleaved,

@@ -12,6 +12,7 @@ use crate::picture_args::PictureArgs;
 use crate::probe_args::ProbeArgs;
 use crate::reyes_args::ReyesArgs;
 use crate::shadow_args::{LightArgs, ShadowArgs};
+use crate::trade_args::TradeArgs;
 
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 runtime failure, 2 usage, 3 bad input, 4 limit hit, \
 5 a comparison found a difference, 130 interrupted.";
@@ -80,6 +81,13 @@ pub(crate) struct Common {
 }
 
 impl Common {
+    /// Those options that a run of another verb on the same scene has to have as well.
+    pub(crate) fn words(&self) -> Vec<String> {
+        let threads = (self.threads > 0).then(|| ["--threads".to_owned(), self.threads.to_string()]);
+        let dropped = self.drop_non_finite.then(|| "--drop-non-finite".to_owned());
+        threads.into_iter().flatten().chain(dropped).collect()
+    }
+
     /// The engine's options.
     pub(crate) fn options(&self) -> Options {
         Options {
@@ -140,6 +148,8 @@ pub(crate) enum Command {
     Bake(BakeArgs),
     /// Render displaced, subdivided and procedural surfaces, made on demand where the rays are
     Reyes(Box<ReyesArgs>),
+    /// Measure what each setting costs and how wrong it is, on your own scene: a page with plots and tables
+    Trade(TradeArgs),
     /// Check pencils against the general path and against tiny-skia, on your own scene
     Verify(VerifyArgs),
     /// Print counts, bounds, and degenerate and non-finite elements

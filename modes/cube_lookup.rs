@@ -88,8 +88,7 @@ impl CubeMap {
     pub fn distance(&self, direction: DVec3) -> f32 {
         let Place { face, at } = place(direction);
         let size = self.size as usize;
-        // The cast saturates; NaN, of the direction 0, is texel 0.
-        let [i, j] = at.map(|x| (((x + 1.0) * 0.5 * f64::from(self.size)) as usize).min(size - 1));
+        let [i, j] = at.map(|x| texel(x, self.size) as usize);
         self.distances[(face * size + j) * size + i]
     }
 
@@ -97,31 +96,50 @@ impl CubeMap {
     /// still be lit: r − r_min above.
     #[must_use]
     pub fn bias(&self, point: DVec3, normal: DVec3) -> f64 {
-        (point - self.light).length() - self.least_distance(point, normal)
+        let way = point - self.light;
+        way.length() - least_distance(way, normal, self.size)
     }
 
     /// Whether a point of a plane with this normal (of any length) is lit, as far as the map can tell. Which side of
     /// the plane is seen, and whether the light is on it, is the caller's business.
     #[must_use]
     pub fn is_lit(&self, point: DVec3, normal: DVec3) -> bool {
-        let least = self.least_distance(point, normal) * (1.0 - ROUNDING);
-        f64::from(self.distance(point - self.light)) >= least
-    }
-
-    /// r_min: the least distance of the plane through the point within the point's texel, or less.
-    fn least_distance(&self, point: DVec3, normal: DVec3) -> f64 {
         let way = point - self.light;
-        let Place { face, at: [x, y] } = place(way);
-        let [m, s, t] = CUBE_FACES[face];
-        let w = m + s * x + t * y;
-        let half_texel = 1.0 / f64::from(self.size);
-        let across = (normal.dot(s).abs() + normal.dot(t).abs()) * half_texel;
-        let along = normal.dot(w).abs();
-        // Seen edge-on, the plane may be as near as anything.
-        let slope = if along > 0.0 { along / (along + across) } else { 0.0 };
-        let nearer = (1.0 - std::f64::consts::SQRT_2 * half_texel / w.length()).max(0.0);
-        way.length() * nearer * slope
+        is_lit_at(self.distance(way), way, normal, self.size)
     }
+}
+
+/// Whether a point that lies `way` from the light, on a plane with this normal, is lit by what its texel of N x N stores.
+pub(crate) fn is_lit_at(stored: f32, way: DVec3, normal: DVec3, size: u32) -> bool {
+    f64::from(stored) >= least_distance(way, normal, size) * (1.0 - ROUNDING)
+}
+
+/// The direction through the middle of the texel of N x N that holds a direction.
+pub(crate) fn texel_middle(direction: DVec3, size: u32) -> DVec3 {
+    let Place { face, at } = place(direction);
+    let [m, s, t] = CUBE_FACES[face];
+    let [x, y] = at.map(|x| (2.0 * f64::from(texel(x, size)) + 1.0) / f64::from(size) - 1.0);
+    m + s * x + t * y
+}
+
+/// r_min: the least distance of the plane through a point within the point's texel, or less.
+fn least_distance(way: DVec3, normal: DVec3, size: u32) -> f64 {
+    let Place { face, at: [x, y] } = place(way);
+    let [m, s, t] = CUBE_FACES[face];
+    let w = m + s * x + t * y;
+    let half_texel = 1.0 / f64::from(size);
+    let across = (normal.dot(s).abs() + normal.dot(t).abs()) * half_texel;
+    let along = normal.dot(w).abs();
+    // Seen edge-on, the plane may be as near as anything.
+    let slope = if along > 0.0 { along / (along + across) } else { 0.0 };
+    let nearer = (1.0 - std::f64::consts::SQRT_2 * half_texel / w.length()).max(0.0);
+    way.length() * nearer * slope
+}
+
+/// The texel of N along a side that holds a coordinate from −1 to 1.
+fn texel(x: f64, size: u32) -> u32 {
+    // The cast saturates; NaN, of the direction 0, is texel 0.
+    (((x + 1.0) * 0.5 * f64::from(size)) as u32).min(size - 1)
 }
 
 /// The face that a direction meets, and where. On an edge X goes before Y before Z.

@@ -42,11 +42,14 @@ mod camera;
 mod charts;
 mod cornell;
 mod cube_lookup;
+mod cube_samples;
+mod differences;
 mod displaced;
 mod displacement;
 #[cfg(feature = "obj")]
 mod ear_clip;
 mod error;
+mod estimate;
 mod exr_file;
 mod extent;
 mod field;
@@ -102,6 +105,7 @@ mod obj_source;
 mod obj_text;
 mod occluders;
 mod output;
+mod pareto;
 mod patch_tree;
 mod pattern;
 mod plane_noise;
@@ -149,6 +153,7 @@ pub use point_cloud::{SeenPoint, write_ply};
 pub use primary::{Aov, AovData, VisibilityBuffer, preview, preview_lit, visibility};
 
 pub use cube_lookup::CubeMap;
+pub use cube_samples::cube_answers;
 pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil};
 pub use map_compare::{MapErrors, compare_maps};
 pub use shadow::{MaskCounts, Receivers, point_light, receivers, shadow_masks, sun_light};
@@ -177,6 +182,10 @@ pub use texels::TexelImage;
 pub use uv_check::{UvCheck, check_uvs};
 pub use vertex_receivers::VertexReceivers;
 
+pub use differences::Differences;
+pub use estimate::{ErrorEstimate, PowerLaw, sample_key};
+pub use pareto::pareto_front;
+
 pub use verify::{Mark, Verification, verify, verify_buffer};
 pub use visible::{Visible, visible};
 
@@ -187,7 +196,8 @@ pub use npy::{Array, write_npy};
 pub use npy_reader::{read_npy, read_npy_ids};
 pub use output::{WriteSeek, WritingPause, check_output, pause_writing, write_atomically};
 pub use png_file::{
-    GrayBits, encode_png_gray, read_png_rgb8, srgb_encode, write_png_gray, write_png_rgb8, write_png_rgba8,
+    GrayBits, encode_png_gray, encode_png_rgb8, read_png_rgb8, srgb_encode, write_png_gray, write_png_rgb8,
+    write_png_rgba8,
 };
 
 #[cfg(doctest)]

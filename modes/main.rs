@@ -2,15 +2,20 @@
 
 mod bake_args;
 mod bake_command;
+mod bake_dial;
 mod bake_files;
 #[cfg_attr(not(feature = "gltf"), path = "bake_no_gltf.rs")]
 mod bake_gltf;
+mod bake_sample;
 mod bake_sampling_args;
 mod bake_source;
 mod camera_args;
 mod cli;
 mod commands;
+mod dial_args;
 mod interrupt;
+mod knobs;
+mod machine;
 mod parse;
 mod picture;
 mod picture_args;
@@ -21,7 +26,16 @@ mod reyes_args;
 mod reyes_command;
 mod shadow_args;
 mod shadow_command;
+mod shadow_dial;
 mod shadow_files;
+mod trade_args;
+mod trade_command;
+mod trade_html;
+mod trade_picture;
+mod trade_plot;
+mod trade_report;
+mod trade_subject;
+mod trade_words;
 mod views;
 mod visible_command;
 
@@ -56,6 +70,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Shadow(args) => shadow_command::shadow(args, &cli.common),
         Command::Bake(args) => bake_command::bake(args, &cli.common),
         Command::Reyes(args) => reyes_command::reyes(args, &cli.common),
+        Command::Trade(args) => trade_command::trade(args, &cli.common),
         Command::Verify(args) => commands::verify_scene(args, &cli.common),
         Command::Info(args) => commands::info_scene(args, &cli.common),
     })

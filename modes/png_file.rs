@@ -91,6 +91,15 @@ pub fn write_png_rgb8(path: &Path, width: u32, height: u32, pixels: &[u8]) -> Re
     write_png(path, (width, height), pixels, ExtendedColorType::Rgb8)
 }
 
+/// The bytes of a file as [`write_png_rgb8`] makes it.
+///
+/// # Errors
+///
+/// What is wrong: the image is empty, or there are not 3 · width · height bytes.
+pub fn encode_png_rgb8(width: u32, height: u32, pixels: &[u8]) -> Result<Vec<u8>, String> {
+    encode((width, height), pixels, ExtendedColorType::Rgb8)
+}
+
 /// Writes an image of 4 bytes per pixel: red, green, blue, opacity (not premultiplied). Row 0 is on top.
 ///
 /// # Errors

@@ -7,6 +7,7 @@ use glam::DVec3;
 use umbel::{Error, Origin, Pencil, Scene, builtin_view, point_light, sun_light};
 
 use crate::camera_args::CameraArgs;
+use crate::dial_args::DialArgs;
 use crate::parse::parse_vector;
 
 /// The resolutions that `--compare` measures where none are named.
@@ -85,6 +86,9 @@ pub(crate) struct ShadowArgs {
 
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
+
+    #[command(flatten)]
+    pub(crate) dial: DialArgs,
 }
 
 /// Sizes of cube maps.
@@ -95,8 +99,15 @@ impl ShadowArgs {
     /// Refuses options that contradict each other or would be ignored. Nothing has been read yet.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let (points, suns) = (!self.lights.points.is_empty(), !self.lights.suns.is_empty());
-        let picture = self.mask.is_some() || self.compare.is_some();
+        let has_dial = self.dial.goal().is_some();
+        self.dial
+            .refuse_beside("--cube-size", self.camera.view.cube_size.is_some() && !self.camera.is_cube())?;
+        let picture = self.mask.is_some() || self.compare.is_some() || has_dial;
         let refused = [
+            (
+                has_dial && (suns || self.output.is_none()),
+                "--max-error and --time-budget choose the size of a light's cube: they go with --light and -o",
+            ),
             (
                 self.output.is_none() && !picture,
                 "nothing to do: give -o FILE for the light's map, --mask FILE for shadows in a picture, or --compare",

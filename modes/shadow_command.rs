@@ -1,5 +1,7 @@
 //! `umbel shadow`: the maps that lights see, exact masks of pictures, and how far the two are apart.
 
+use std::time::Instant;
+
 use serde_json::{Map, Value, json};
 use umbel::{
     Camera, Error, Film, Frame, Hits, Lens, MapErrors, MaskCounts, NO_TRIANGLE, Origin, Pencil, Receivers,
@@ -8,9 +10,13 @@ use umbel::{
 };
 
 use crate::cli::Common;
-use crate::commands::{SCATTERED_BYTES, SHADOW_BYTES, limit_memory, load_scene, print, print_run, progress};
+use crate::commands::{
+    SCATTERED_BYTES, SHADOW_BYTES, available_bytes, limit_memory, load_scene, print, print_run, progress,
+};
+use crate::dial_args::Goal;
 use crate::report::{Report, Times, timed};
 use crate::shadow_args::ShadowArgs;
+use crate::shadow_dial::Dial;
 use crate::shadow_files::{Content, Names, Writer, refuse_collisions};
 
 /// Bytes per texel of a map: the hit 8, the distance 4, a picture 12.
@@ -37,6 +43,8 @@ struct Run<'a> {
     hash: blake3::Hasher,
     /// What the report has beyond that of other verbs.
     more: Map<String, Value>,
+    /// Texels along one side of the lights' maps.
+    map_size: u32,
 }
 
 /// What a camera sees through one pass.
@@ -57,6 +65,7 @@ impl Seen {
 /// `umbel shadow`.
 pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
     args.check()?;
+    let start = Instant::now();
     let mut times = Times { engine: vec![0.0; common.repeat as usize], ..Times::default() };
     let scene = load_scene(&args.scene, common, &mut times)?;
     let lights = args.lights.shadow_lights(&scene)?;
@@ -76,8 +85,10 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
     let triangles = scene.geometry()?;
     let (stats, hash) = (Stats::default(), blake3::Hasher::new());
     let more = Map::from_iter([("lights".to_owned(), lights.iter().copied().map(light_json).collect())]);
+    let (scene, map_size) = (&scene, args.map_size());
     let mut run =
-        Run { args, common, scene: &scene, triangles, lights, times, stats, rays: 0, asked: 0, hash, more };
+        Run { args, common, scene, triangles, lights, times, stats, rays: 0, asked: 0, hash, more, map_size };
+    args.dial.goal().map_or(Ok(()), |goal| run.choose(goal, &camera, start))?;
     maps.map_or(Ok(()), |names| run.write_maps(&names))?;
     masks.map_or(Ok(()), |names| run.write_masks(&names, &camera))?;
     if let Some(sizes) = &args.compare {
@@ -87,9 +98,32 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
 }
 
 impl Run<'_> {
+    /// Has the dial choose the size of the lights' maps.
+    fn choose(&mut self, goal: Goal, camera: &Camera, start: Instant) -> Result<(), Error> {
+        let seen = self.seen(camera, 0, 1)?;
+        let limit = self.common.max_memory.or_else(available_bytes).unwrap_or(u64::MAX);
+        let texel = 6 * (TEXEL_BYTES + 4 * self.lights.len() as u64);
+        let left = limit.saturating_sub(u64::from(camera.width) * u64::from(camera.rows()) * PIXEL_BYTES);
+        let dial = Dial {
+            triangles: &self.triangles,
+            options: self.common.options(),
+            lights: &self.lights,
+            receivers: &seen.receivers,
+            surfaces: seen.surfaces(),
+            // In range: it is a root. A reserve for what else there is.
+            most: (left as f64 * 0.8 / texel as f64).sqrt() as u32,
+            start,
+        };
+        let choice = dial.choose(goal)?;
+        choice.say(self.common);
+        self.map_size = choice.setting;
+        self.more.insert("dial".into(), choice.json());
+        Ok(())
+    }
+
     /// Computes the light's maps and writes them.
     fn write_maps(&mut self, names: &Names) -> Result<(), Error> {
-        let size = self.args.map_size();
+        let size = self.map_size;
         let bounds = self.scene.bounds();
         let pencil = |light: &Origin| match *light {
             Origin::Point(point) => cube_pencil(point, size),
@@ -296,9 +330,10 @@ fn check_memory(
     let square = |size: u32| u64::from(size) * u64::from(size);
     let count = lights.len() as u64;
     let faces = if is_sun(lights[0]) { 1 } else { 6 };
-    let maps =
-        args.output.as_ref().map_or(0, |_| square(args.map_size()) * faces * (TEXEL_BYTES + 4 * count));
-    let picture = args.mask.is_some() || args.compare.is_some();
+    // The dial chooses no size that is too large.
+    let is_size_known = args.output.is_some() && args.dial.goal().is_none();
+    let maps = if is_size_known { square(args.map_size()) * faces * (TEXEL_BYTES + 4 * count) } else { 0 };
+    let picture = args.mask.is_some() || args.compare.is_some() || args.dial.goal().is_some();
     let scattered = if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
     let pixel = PIXEL_BYTES + (SHADOW_BYTES + 6) * count + scattered;
     let pixels = u64::from(camera.width) * u64::from(camera.rows());

@@ -1,0 +1,117 @@
+//! The settings that `umbel trade` measures, each as the words that the user would type.
+//!
+//! A setting either changes the answer, and is then a point of error against time; or it may change the time only, and is then
+//! a check: each byte must be that of the default.
+
+use umbel::Isa;
+
+use crate::trade_args::ModeArg;
+
+/// Samples per pixel.
+const SAMPLES: [u32; 6] = [1, 2, 4, 8, 16, 32];
+/// Texels along a side of a cube map's face.
+const CUBE_SIZES: [u32; 6] = [64, 128, 256, 512, 1024, 2048];
+/// Rays per receiver.
+const RAYS: [u32; 6] = [8, 16, 32, 64, 128, 256];
+/// Sample sets, the default first.
+const SETS: [&str; 3] = ["shared", "interleaved", "independent"];
+
+/// What a setting may change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Changes {
+    Answer,
+    TimeOnly,
+}
+
+/// A setting.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Setting {
+    /// What it belongs to, in a plot.
+    pub(crate) series: &'static str,
+    /// What it is called beside its point.
+    pub(crate) label: String,
+    /// Its options, without scene and outputs.
+    pub(crate) words: Vec<String>,
+    pub(crate) changes: Changes,
+    /// Whether this is what the verb does where nothing is asked for.
+    pub(crate) is_default: bool,
+    /// Whether decisions are rounded: then it is compared with the default as well.
+    pub(crate) is_fast: bool,
+}
+
+impl Setting {
+    fn new(series: &'static str, label: impl Into<String>, words: &str, changes: Changes) -> Self {
+        let words = words.split_whitespace().map(str::to_owned).collect();
+        Self { series, label: label.into(), words, changes, is_default: false, is_fast: false }
+    }
+
+    fn default_if(self, is_default: bool) -> Self {
+        Self { is_default, ..self }
+    }
+
+    /// The words that make its output, for a verb.
+    fn of(self, output: &str) -> Self {
+        let words = [self.words, output.split_whitespace().map(str::to_owned).collect()].concat();
+        Self { words, ..self }
+    }
+}
+
+/// All settings of a mode. With suns there are no cube maps.
+pub(crate) fn settings(mode: ModeArg, has_cubes: bool, output: &str) -> Vec<Setting> {
+    let answer = |series, label: String, words: String| Setting::new(series, label, &words, Changes::Answer);
+    let mut all: Vec<Setting> = match mode {
+        ModeArg::Render => SAMPLES
+            .iter()
+            .map(|n| answer("samples per pixel", n.to_string(), format!("--samples {n}")).default_if(*n == 1))
+            .collect(),
+        ModeArg::Shadow => {
+            let exact = answer("exact mask", "exact mask".into(), String::new()).default_if(true).of(output);
+            let cube = |n: &u32| {
+                let words = format!("--cube-size {n} -o cube.npy --compare={n}");
+                answer("cube map, texels per side", n.to_string(), words)
+            };
+            let cubes = CUBE_SIZES.iter().filter(|_| has_cubes).map(cube);
+            [exact].into_iter().chain(cubes).collect()
+        }
+        ModeArg::Bake => {
+            let of_set = |&set: &&'static str| {
+                // The others are slower: fewer points of them say as much.
+                let rays = if set == "shared" { &RAYS[..] } else { &RAYS[..4] };
+                rays.iter().map(move |&n| {
+                    let words = match set {
+                        "shared" => format!("--rays {n}"),
+                        _ => format!("--rays {n} --set {set}"),
+                    };
+                    answer(set, n.to_string(), words).default_if(set == "shared" && n == 64)
+                })
+            };
+            SETS.iter().flat_map(of_set).collect()
+        }
+    };
+    let fast = Setting::new("--accuracy fast", "--accuracy fast", "--accuracy fast", Changes::Answer);
+    all.push(Setting { is_fast: true, ..fast.of(if mode == ModeArg::Shadow { output } else { "" }) });
+    all.extend(time_only(mode).map(|setting| setting.of(if mode == ModeArg::Shadow { output } else { "" })));
+    if mode != ModeArg::Shadow {
+        all = all.into_iter().map(|setting| setting.of(output)).collect();
+    }
+    all
+}
+
+/// The settings that may change the time only, on this machine.
+fn time_only(mode: ModeArg) -> impl Iterator<Item = Setting> {
+    let time = |words: String| {
+        let label = words.trim_start_matches("--").to_owned();
+        Setting::new("time only", label, &words, Changes::TimeOnly)
+    };
+    let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let threads = std::iter::successors(Some(1), |n| Some(n * 2)).take_while(move |&n| n < processors);
+    let all = [Isa::Sse2, Isa::Sse42, Isa::Avx2, Isa::Avx512, Isa::Neon];
+    let isas = all.into_iter().filter(|isa| isa.resolve().is_ok());
+    let groups: &[&str] = if mode == ModeArg::Bake { &["origin", "direction"] } else { &[] };
+    threads
+        .chain([processors])
+        .map(move |n| time(format!("--threads {n}")))
+        .chain(isas.map(move |isa| time(format!("--isa {}", isa.name()))))
+        .chain([time("--path general".into())])
+        .chain(groups.iter().map(move |group| time(format!("--group {group}"))))
+}
