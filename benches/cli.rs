@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use umbel::Grouping;
 
 use crate::ambient::MaxDistance;
 use crate::surface_points::ReceiverSet;
@@ -168,9 +169,17 @@ pub(crate) struct ErrorArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [4, 8, 16, 32, 64, 128, 256, 512, 1024])]
     pub(crate) rays: Vec<u32>,
 
+    /// Estimates by the beginnings of their names, such as umbel,embree-random. Default: all
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub(crate) estimates: Vec<String>,
+
     /// How far occluders count: a length, or a share of the scene's diagonal such as 10%. Default: any distance
     #[arg(long, value_name = "D|P%")]
     pub(crate) max_distance: Option<MaxDistance>,
+
+    /// How umbel groups rays: origin, direction or auto. Changes times only
+    #[arg(long, value_name = "BY", default_value = "auto", value_parser = parse_grouping)]
+    pub(crate) group: Grouping,
 
     /// The error whose time is told: root mean square of openness, which is from 0 to 1
     #[arg(long, value_name = "RMSE", default_value_t = 0.02)]
@@ -180,13 +189,17 @@ pub(crate) struct ErrorArgs {
     #[arg(long, value_name = "N", default_value_t = 16384, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub(crate) reference: u32,
 
-    /// Rounds that count; one more goes before them
-    #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    /// Rounds that count; one more goes before them. 0 measures errors and no times
+    #[arg(long, default_value_t = 3, value_name = "N")]
     pub(crate) repeat: u32,
 
     /// Write everything that was measured
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
+
+    /// Draw errors against rays
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) plot: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -249,6 +262,16 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
 fn parse_rays(text: &str) -> Result<usize, String> {
     let rays = text.parse().ok().filter(|rays| (1..=1 << 26).contains(rays));
     rays.ok_or_else(|| "expected a number of rays from 1 to 67108864".into())
+}
+
+/// The name of a grouping.
+fn parse_grouping(text: &str) -> Result<Grouping, String> {
+    match text {
+        "auto" => Ok(Grouping::Auto),
+        "origin" => Ok(Grouping::Origin),
+        "direction" => Ok(Grouping::Direction),
+        _ => Err("expected origin, direction or auto".into()),
+    }
 }
 
 /// "X,Y,Z" as a point.

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use plotters::coord::CoordTranslate;
 use plotters::prelude::*;
 
 use crate::Result;
@@ -11,11 +12,11 @@ use crate::plot;
 /// In pixels.
 const SIZE: (u32, u32) = (860, 620);
 
-/// Times of one subject.
+/// One line of a plot.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Curve {
     pub(crate) name: String,
-    /// Triangles and milliseconds, by ascending triangles.
+    /// By ascending x: triangles and milliseconds, of growth.
     pub(crate) points: Vec<(f64, f64)>,
 }
 
@@ -45,16 +46,25 @@ pub(crate) fn write(path: &Path, curves: &[Curve]) -> Result<()> {
             .draw_series([PathElement::new(guide(curves), grey.stroke_width(1))])?
             .label("n log n")
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], grey.stroke_width(1)));
-        for (index, curve) in curves.iter().enumerate() {
-            let colour = plot::colour(index);
-            chart.draw_series([PathElement::new(curve.points.clone(), colour.stroke_width(2))])?;
-            chart
-                .draw_series(curve.points.iter().map(|&point| Circle::new(point, 3, colour.filled())))?
-                .label(&curve.name)
-                .legend(move |(x, y)| Circle::new((x + 10, y), 5, colour.filled()));
-        }
+        draw(&mut chart, curves)?;
         plot::legend(&mut chart, SeriesLabelPosition::UpperLeft)
     })
+}
+
+/// Draws curves with dots at their points, each in its colour, and names them for the legend.
+pub(crate) fn draw<'a, C>(chart: &mut ChartContext<'a, SVGBackend<'_>, C>, curves: &[Curve]) -> Result<()>
+where
+    C: CoordTranslate<From = (f64, f64)>,
+{
+    for (index, curve) in curves.iter().enumerate() {
+        let colour = plot::colour(index);
+        chart.draw_series([PathElement::new(curve.points.clone(), colour.stroke_width(2))])?;
+        chart
+            .draw_series(curve.points.iter().map(|&point| Circle::new(point, 3, colour.filled())))?
+            .label(&curve.name)
+            .legend(move |(x, y)| Circle::new((x + 10, y), 5, colour.filled()));
+    }
+    Ok(())
 }
 
 /// n log n from the lowest beginning on, as far as the curves reach.

@@ -11,7 +11,7 @@ use umbel::glam::DVec3;
 use crate::morton;
 
 /// The fractional part of the golden ratio.
-pub(crate) const GOLDEN: f64 = 0.618_033_988_749_894_9;
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Directions that are spread evenly over the whole sphere, about half of them above any surface. Each has the length 1 up
 /// to rounding; neighbours mostly follow each other.
@@ -42,13 +42,6 @@ impl Axes {
     /// A vector with these components along the axes.
     pub(crate) fn vector(&self, components: [f32; 3]) -> [f32; 3] {
         [0, 1, 2].map(|k| (0..3).map(|axis| self.0[axis][k] * components[axis]).sum())
-    }
-
-    /// A direction that is as likely as any other, from two numbers in [0, 1).
-    pub(crate) fn sphere(&self, [u, v]: [f32; 2]) -> [f32; 3] {
-        let (z, (sine, cosine)) = (1.0 - 2.0 * u, (std::f32::consts::TAU * v).sin_cos());
-        let radius = (1.0 - z * z).max(0.0).sqrt();
-        self.vector([radius * cosine, radius * sine, z])
     }
 
     /// A direction around the last axis with a probability in proportion to the cosine, from two numbers in [0, 1).

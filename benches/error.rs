@@ -1,16 +1,18 @@
 //! `umbel-bench error`: how long does openness take that is right to within an error? Embree with random rays, and umbel
 //! and Embree with sets of directions that receivers share, by more and more rays.
 //!
-//! The error is the root mean square, over all receivers, of the difference from a reference of many rays. The time for the
-//! error that is asked for lies on the straight line, in logarithms, between the numbers of rays around it.
+//! The error is the root mean square, over all receivers, of the difference from a reference of many rays; the greatest
+//! difference is told too. The time for the error that is asked for lies on the straight line, in logarithms, between the numbers of rays around it.
 
 use serde_json::{Value, json};
 
 use crate::Result;
 use crate::cli::{Common, ErrorArgs};
 use crate::comparison::names;
+use crate::curves::Curve;
 use crate::engine::Times;
 use crate::engines::Engines;
+use crate::error_curves::{self, Panel};
 use crate::estimates::Surface;
 use crate::reference::reference;
 use crate::rounds::median;
@@ -24,7 +26,8 @@ struct Point {
     rays: u32,
     /// One per round.
     times: Vec<Times>,
-    error: f64,
+    /// The root mean square of the differences, and the greatest.
+    errors: [f64; 2],
 }
 
 impl Point {
@@ -40,21 +43,26 @@ pub(crate) fn run(args: &ErrorArgs, common: &Common) -> Result<()> {
     let engines = Engines::open(common, |_| false)?;
     let (machine, versions) = (machine::machine(), engines.versions());
     println!("{machine}\n{versions}");
-    let mut subjects = Vec::new();
+    let (mut subjects, mut panels) = (Vec::new(), Vec::new());
     for name in names(&args.scenes, folder.as_ref()) {
         let view = View::find(&name, folder.as_ref())?;
         let surface = Surface::new(&view.name, &view.scene, args.receivers, args.max_distance)?;
         let exact = reference(&surface, args.reference as usize)?;
         println!("\n{}, {}, reference of {} rays", view.name, args.receivers, args.reference);
-        println!("{:<28}{:>8}{:>12}{:>12}{:>10}", "estimate", "rays", "build ms", "total ms", "RMSE");
+        println!(
+            "{:<28}{:>8}{:>12}{:>12}{:>10}{:>10}",
+            "estimate", "rays", "build ms", "total ms", "RMSE", "greatest"
+        );
         let mut points = Vec::new();
         for &rays in &args.rays {
-            let of_rays = measure(&surface, &engines, rays, &exact, args.repeat)?;
+            let of_rays = measure(&surface, &engines, rays, &exact, args)?;
             of_rays.iter().for_each(print);
             points.extend(of_rays);
         }
         subjects.push(summary(&surface, &points, args));
+        panels.push(panel(&surface, &points));
     }
+    args.plot.as_deref().map_or(Ok(()), |path| error_curves::write(path, &panels))?;
     let head = json!({"schema": 1, "command": "error", "machine": machine, "versions": versions});
     args.json.as_deref().map_or(Ok(()), |path| report::write(path, head, "subjects", subjects))
 }
@@ -65,33 +73,38 @@ fn measure(
     engines: &Engines,
     rays: u32,
     exact: &[f32],
-    repeat: u32,
+    args: &ErrorArgs,
 ) -> Result<Vec<Point>> {
-    let mut estimates = surface.estimates(engines, rays as usize)?;
-    let blank = |name| Point { name, rays, times: Vec::new(), error: f64::NAN };
+    let wanted = |name: &str| {
+        args.estimates.is_empty() || args.estimates.iter().any(|beginning| name.starts_with(beginning))
+    };
+    let mut estimates = surface.estimates(engines, (rays, args.group), &wanted)?;
+    let blank = |name| Point { name, rays, times: Vec::new(), errors: [f64::NAN; 2] };
     let mut points: Vec<Point> = estimates.iter().map(|&(name, _)| blank(name)).collect();
-    for round in 0..=repeat {
+    for round in 0..=args.repeat {
         for ((_, estimate), point) in estimates.iter_mut().zip(&mut points) {
             let (times, openness) = estimate()?;
             if round > 0 {
                 point.times.push(times);
             }
-            point.error = root_mean_square(&openness, exact);
+            point.errors = errors(&openness, exact);
         }
     }
     Ok(points)
 }
 
-/// Of the differences.
-fn root_mean_square(openness: &[f32], exact: &[f32]) -> f64 {
-    let squares = openness.iter().zip(exact).map(|(a, b)| f64::from(a - b).powi(2));
-    (squares.sum::<f64>() / exact.len().max(1) as f64).sqrt()
+/// The root mean square of the differences, and the greatest.
+fn errors(openness: &[f32], exact: &[f32]) -> [f64; 2] {
+    let differences = || openness.iter().zip(exact).map(|(a, b)| f64::from(a - b).abs());
+    let squares: f64 = differences().map(|difference| difference.powi(2)).sum();
+    [(squares / exact.len().max(1) as f64).sqrt(), differences().fold(0.0, f64::max)]
 }
 
 /// A row of the table.
 fn print(point: &Point) {
     let build = median(point.times.iter().map(|times| times.build));
-    println!("{:<28}{:>8}{build:>12.2}{:>12.2}{:>10.5}", point.name, point.rays, point.ms(), point.error);
+    let (ms, [rmse, greatest]) = (point.ms(), point.errors);
+    println!("{:<28}{:>8}{build:>12.2}{ms:>12.2}{rmse:>10.5}{greatest:>10.5}", point.name, point.rays);
 }
 
 /// Prints the time of each estimate for the error that is asked for. All of it as JSON.
@@ -101,9 +114,10 @@ fn summary(surface: &Surface, points: &[Point], args: &ErrorArgs) -> Value {
     names.dedup();
     let of_name = |name: &str| {
         let own: Vec<&Point> = points.iter().filter(|point| point.name == name).collect();
-        let curve: Vec<(f64, f64)> = own.iter().map(|point| (point.ms(), point.error)).collect();
-        let ms = time_to(args.target, &curve);
+        let curve: Vec<(f64, f64)> = own.iter().map(|point| (point.ms(), point.errors[0])).collect();
+        let ms = time_to(args.target, &curve).filter(|ms| ms.is_finite());
         match ms {
+            _ if args.repeat == 0 => {}
             Some(ms) => println!("RMSE {} by {name}: {ms:.2} ms", args.target),
             None => println!("RMSE {} by {name}: not between the numbers of rays", args.target),
         }
@@ -114,12 +128,25 @@ fn summary(surface: &Surface, points: &[Point], args: &ErrorArgs) -> Value {
         "scene": surface.model.name,
         "triangles": surface.model.triangles.len(),
         "receiver_set": args.receivers.to_string(),
-        "receivers": surface.hemispheres.len(),
+        "receivers": surface.receivers.len(),
         "max_distance": surface.interval[1],
         "reference_rays": args.reference,
         "target_rmse": args.target,
         "estimates": estimates,
     })
+}
+
+/// The curves of a scene. Embree's estimates with shared directions have umbel's error, and are left out.
+fn panel(surface: &Surface, points: &[Point]) -> Panel {
+    let mut curves: Vec<Curve> = Vec::new();
+    for point in points.iter().filter(|point| !point.name.starts_with("embree-shared")) {
+        let place = (f64::from(point.rays), point.errors[0]);
+        match curves.iter_mut().find(|curve| curve.name == point.name) {
+            Some(curve) => curve.points.push(place),
+            None => curves.push(Curve { name: point.name.to_owned(), points: vec![place] }),
+        }
+    }
+    Panel { title: surface.model.name.clone(), curves }
 }
 
 /// One number of rays.
@@ -129,7 +156,8 @@ fn of_point(point: &Point) -> Value {
         "rays": point.rays,
         "ms": {"build": all(|times| times.build), "trace": all(|times| times.trace)},
         "median_ms": point.ms(),
-        "rmse": point.error,
+        "rmse": point.errors[0],
+        "greatest_error": point.errors[1],
     })
 }
 

@@ -21,6 +21,7 @@ mod directions;
 mod engine;
 mod engines;
 mod error;
+mod error_curves;
 mod estimates;
 mod icosphere;
 mod leaks;

@@ -12,14 +12,16 @@ use crate::estimates::Surface;
 use crate::subject::Subject;
 use crate::umbel_engine::Umbel;
 
-/// Directions that are looked at together.
-const BATCH: usize = 512;
+/// Rays that are looked at together, in directions that all receivers share: so many that a few receivers have wide pencils.
+const BATCH: usize = 1 << 26;
+/// The most directions of them.
+const MOST_DIRECTIONS: usize = 1 << 13;
 
 /// The openness of each receiver by so many rays above its horizon.
 pub(crate) fn reference(surface: &Surface, rays: usize) -> Result<Vec<f32>> {
     let path = path(surface, rays);
     if let Ok(bytes) = std::fs::read(&path)
-        && bytes.len() == 4 * surface.hemispheres.len()
+        && bytes.len() == 4 * surface.receivers.hemispheres.len()
     {
         let (numbers, _) = bytes.as_chunks();
         return Ok(numbers.iter().map(|&bytes| f32::from_le_bytes(bytes)).collect());
@@ -35,17 +37,18 @@ pub(crate) fn reference(surface: &Surface, rays: usize) -> Result<Vec<f32>> {
 
 /// Along some directions after the other.
 fn compute(surface: &Surface, rays: usize) -> Result<Vec<f32>> {
-    let mut sums = vec![[0.0; 2]; surface.hemispheres.len()];
+    let mut sums = vec![[0.0; 2]; surface.receivers.hemispheres.len()];
     let mut umbel = Umbel::from_scratch();
     let directions = directions::sphere(2 * rays);
-    for (batch, some) in directions.chunks(BATCH).enumerate() {
-        eprint!("\rreference of {}: {} of {rays} rays", surface.model.name, batch * BATCH / 2);
-        let hemispheres = surface.hemispheres.clone();
+    let together = (BATCH / surface.receivers.len().max(1)).clamp(1, MOST_DIRECTIONS);
+    for (batch, some) in directions.chunks(together).enumerate() {
+        eprint!("\rreference of {}: {} of {rays} rays", surface.model.name, batch * together / 2);
+        let hemispheres = surface.receivers.hemispheres.clone();
         let subject =
             Ambient::along(surface.model.clone(), surface.set, hemispheres, some.to_vec(), surface.interval)?;
         let mut answer = subject.blank();
         umbel.run(&subject, &mut answer)?;
-        subject.rays.add_cosines(&answer, &surface.normals, &mut sums);
+        subject.rays.add_cosines(&answer, &surface.receivers.normals, &mut sums);
     }
     eprintln!();
     Ok(shares(&sums))
@@ -62,9 +65,9 @@ fn path(surface: &Surface, rays: usize) -> PathBuf {
     surface.model.positions.as_flattened().iter().for_each(|x| x.to_bits().hash(&mut hasher));
     surface.model.triangles.hash(&mut hasher);
     surface.interval[1].to_bits().hash(&mut hasher);
-    let points = surface.hemispheres.iter().flat_map(|hemisphere| hemisphere.receiver.point);
+    let points = surface.receivers.hemispheres.iter().flat_map(|hemisphere| hemisphere.receiver.point);
     points.for_each(|x| x.to_bits().hash(&mut hasher));
-    let (key, count) = (hasher.finish(), surface.hemispheres.len());
+    let (key, count) = (hasher.finish(), surface.receivers.hemispheres.len());
     let folder: PathBuf = [env!("CARGO_MANIFEST_DIR"), "target", "openness"].iter().collect();
     folder.join(format!("{count}x{rays}-{key:016x}.f32"))
 }

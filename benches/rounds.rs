@@ -28,9 +28,12 @@ impl Measured {
     }
 }
 
-/// The value in the middle, or the mean of the two that are.
+/// The value in the middle, or the mean of the two that are; NaN of none.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
+    if values.is_empty() {
+        return f64::NAN;
+    }
     values.sort_by(f64::total_cmp);
     let (low, high) = ((values.len() - 1) / 2, values.len() / 2);
     (values[low] + values[high]) / 2.0

@@ -30,7 +30,7 @@ pub(crate) struct SamplingArgs {
     #[arg(long, value_enum, default_value = "openness")]
     polarity: PolarityArg,
 
-    /// shared: the same directions for all, the least error. interleaved: 16 sets in turn, noise instead of bands.
+    /// shared: the same directions for all, the fastest. interleaved: 16 sets in turn, noise instead of bands.
     /// independent: each receiver its own
     #[arg(long, value_enum, default_value = "shared")]
     set: SetArg,

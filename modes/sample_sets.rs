@@ -43,7 +43,7 @@ const LEAST_DIRECTIONS: u32 = 8;
 /// How directions are shared among receivers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SampleSet {
-    /// All receivers have the same: the least error, but shadows of small things may show as bands.
+    /// All receivers have the same: the fastest, but shadows of small things may show as bands.
     #[default]
     Shared,
     /// 16 sets in turn, over tiles of 4 x 4 texels or over the numbers of the receivers.

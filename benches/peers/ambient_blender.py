@@ -46,7 +46,9 @@ def main():
     parser.add_argument("--texels", type=int, default=1024, help="along the side of the image (default 1024)")
     args = parser.parse_args()
     bpy = comparison.require("bpy", "bpy")
-    mesh, image = prepare(bpy, args)
+    # The import tells on stdout how long it took.
+    with comparison.elsewhere():
+        mesh, image = prepare(bpy, args)
 
     def work():
         bpy.ops.object.bake(type="AO", margin=16, use_clear=True)
