@@ -40,6 +40,8 @@ pub(crate) enum Command {
     Shadow(ShadowArgs),
     /// Time ambient occlusion: which rays from points on surfaces into the half space above are open
     Ambient(AmbientArgs),
+    /// Time diffuse-bounce rays, which share nothing: ids and t of rays from what a pinhole camera sees
+    Bounce(BounceArgs),
     /// Time how long openness takes that is right to within an error
     Error(ErrorArgs),
     /// Count the rays that escape from a closed sphere
@@ -129,6 +131,24 @@ pub(crate) struct AmbientArgs {
     /// How far occluders count: a length, or a share of the scene's diagonal such as 10%. Default: any distance
     #[arg(long, value_name = "D|P%")]
     pub(crate) max_distance: Option<MaxDistance>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BounceArgs {
+    #[command(flatten)]
+    pub(crate) compared: ComparisonArgs,
+
+    /// Rays; may be given more than once, for a plot of time against rays
+    #[arg(long, value_name = "N", value_parser = parse_rays, default_value = "2000000")]
+    pub(crate) rays: Vec<usize>,
+
+    /// Shuffle the rays. Default: image order
+    #[arg(long)]
+    pub(crate) shuffled: bool,
+
+    /// Other directions, and another shuffling
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
 }
 
 #[derive(Debug, Args)]
@@ -223,6 +243,12 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
         }
         _ => Err("expected WIDTHxHEIGHT in pixels, each 1 to 16384, such as 1920x1080".into()),
     }
+}
+
+/// A number of rays.
+fn parse_rays(text: &str) -> Result<usize, String> {
+    let rays = text.parse().ok().filter(|rays| (1..=1 << 26).contains(rays));
+    rays.ok_or_else(|| "expected a number of rays from 1 to 67108864".into())
 }
 
 /// "X,Y,Z" as a point.

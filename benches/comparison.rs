@@ -1,15 +1,44 @@
 //! What the commands share that compare engines: every scene at every size, a table for each, the report and the plot.
 
-use serde_json::json;
+use std::path::Path;
+
+use serde_json::{Value, json};
 
 use crate::Result;
 use crate::cli::{Common, ComparisonArgs};
 use crate::engines::Engines;
+use crate::rounds::Best;
 use crate::subject::Subject;
 use crate::views::{Folder, View};
 use crate::{machine, plot, report, rounds, table};
 
-/// Measures the subjects that are made of every scene and every size.
+/// The best times for one subject.
+#[derive(Debug, Clone)]
+pub(crate) struct Row {
+    /// The scene's.
+    pub(crate) name: String,
+    pub(crate) layout: String,
+    pub(crate) rays: usize,
+    pub(crate) best: Vec<Best>,
+}
+
+/// What was measured of all subjects.
+#[derive(Debug)]
+pub(crate) struct Compared {
+    /// What the report begins with.
+    pub(crate) head: Value,
+    subjects: Vec<Value>,
+    pub(crate) rows: Vec<Row>,
+}
+
+impl Compared {
+    /// Writes the report, if a file is named.
+    pub(crate) fn write(&self, json: Option<&Path>) -> Result<()> {
+        json.map_or(Ok(()), |path| report::write(path, self.head.clone(), "subjects", self.subjects.clone()))
+    }
+}
+
+/// Measures the subjects that are made of every scene and every size, writes the report and draws the plot.
 pub(crate) fn run<S: Subject, Size: Copy>(
     command: &str,
     args: &ComparisonArgs,
@@ -17,6 +46,20 @@ pub(crate) fn run<S: Subject, Size: Copy>(
     sizes: &[Size],
     subject: impl Fn(&View, Size) -> Result<S>,
 ) -> Result<()> {
+    let compared = measure(command, args, common, sizes, subject)?;
+    compared.write(args.json.as_deref())?;
+    let rows = compared.rows.into_iter().map(|row| (format!("{} {}", row.name, row.layout), row.best));
+    args.plot.as_deref().map_or(Ok(()), |path| plot::write(path, &rows.collect::<Vec<_>>()))
+}
+
+/// Measures the subjects that are made of every scene and every size, and prints a table for each.
+pub(crate) fn measure<S: Subject, Size: Copy>(
+    command: &str,
+    args: &ComparisonArgs,
+    common: &Common,
+    sizes: &[Size],
+    subject: impl Fn(&View, Size) -> Result<S>,
+) -> Result<Compared> {
     let folder = args.folder.as_deref().map(Folder::read).transpose()?;
     let engines = Engines::open(common, |name| S::RASTERIZED && wanted(args, name))?;
     let (machine, versions) = (machine::machine(), engines.versions());
@@ -37,15 +80,12 @@ pub(crate) fn run<S: Subject, Size: Copy>(
             let best = rounds::best(&measured);
             table::print(&subject, &measured, &best);
             subjects.push(report::subject(&subject, &measured, &best));
-            rows.push((format!("{} {}", subject.model().name, subject.layout()), best));
+            let (name, layout) = (subject.model().name.clone(), subject.layout());
+            rows.push(Row { name, layout, rays: subject.rays(), best });
         }
     }
-
-    if let Some(path) = &args.json {
-        let head = json!({"schema": 1, "command": command, "machine": machine, "versions": versions});
-        report::write(path, head, "subjects", subjects)?;
-    }
-    args.plot.as_deref().map_or(Ok(()), |path| plot::write(path, &rows))
+    let head = json!({"schema": 1, "command": command, "machine": machine, "versions": versions});
+    Ok(Compared { head, subjects, rows })
 }
 
 /// The scenes that are asked for, or all there are.

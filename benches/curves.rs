@@ -23,7 +23,7 @@ pub(crate) struct Curve {
 pub(crate) fn write(path: &Path, curves: &[Curve]) -> Result<()> {
     plot::save(path, SIZE, |area| {
         let points = || curves.iter().flat_map(|curve| &curve.points);
-        let (x, y) = (span(points().map(|p| p.0)), span(points().map(|p| p.1)));
+        let (x, y) = (plot::span(points().map(|p| p.0)), plot::span(points().map(|p| p.1)));
         let mut chart = ChartBuilder::on(area)
             .caption("median ms of one query from scratch", ("sans-serif", 17))
             .margin(10)
@@ -64,16 +64,10 @@ fn guide(curves: &[Curve]) -> Vec<(f64, f64)> {
         return Vec::new();
     };
     let points = || curves.iter().flat_map(|curve| &curve.points);
-    let (most, longest) = (span(points().map(|p| p.0)).1, span(points().map(|p| p.1)).1);
+    let (most, longest) = (plot::span(points().map(|p| p.0)).1, plot::span(points().map(|p| p.1)).1);
     let at = |x: f64| (x, ms * x * x.log2() / (n * n.log2()));
     let steps = (0..=16).map(|k| at(n * (most / n).powf(f64::from(k) / 16.0)));
     steps.take_while(|&(_, ms)| ms <= longest).collect()
-}
-
-/// The least and the greatest of some positive numbers; never empty.
-fn span(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let (least, most) = values.fold((f64::MAX, 0.0_f64), |(least, most), x| (least.min(x), most.max(x)));
-    if most > least { (least, most) } else { (1.0, 2.0) }
 }
 
 #[cfg(test)]

@@ -82,6 +82,11 @@ impl Random {
         let bits = self.bits();
         [bits >> 40, bits >> 16 & 0xFF_FFFF].map(|x| x as f32 / 16_777_216.0)
     }
+
+    /// A whole number below `end`, which is far below 2³².
+    pub(crate) fn below(&mut self, end: usize) -> usize {
+        (((self.bits() >> 32) * end as u64) >> 32) as usize
+    }
 }
 
 #[cfg(test)]

@@ -160,7 +160,7 @@ impl Drop for Mesh {
 /// N rays whose nearest hits are found together. Embree has packets of 8 and 16.
 pub(crate) trait Packet<const N: usize> {
     /// Traces the rays that are valid.
-    fn intersect(&mut self, mesh: &Mesh, valid: &Valid<N>);
+    fn intersect(&mut self, mesh: &Mesh, valid: &Valid<N>, coherence: Coherence);
 }
 
 /// N rays of which it is found together whether they hit anything. Embree has packets of 8 and 16.
@@ -179,7 +179,7 @@ pub(crate) enum Coherence {
 }
 
 /// The arguments of a query.
-fn arguments(coherence: Coherence) -> RtcQueryArguments {
+pub(crate) fn arguments(coherence: Coherence) -> RtcQueryArguments {
     let flags = match coherence {
         Coherence::Coherent => RTC_RAY_QUERY_FLAG_COHERENT,
         Coherence::Incoherent => RTC_RAY_QUERY_FLAG_INCOHERENT,
@@ -195,20 +195,16 @@ fn arguments(coherence: Coherence) -> RtcQueryArguments {
 }
 
 impl Packet<8> for RtcRayHit<8> {
-    fn intersect(&mut self, mesh: &Mesh, valid: &Valid<8>) {
+    fn intersect(&mut self, mesh: &Mesh, valid: &Valid<8>, coherence: Coherence) {
         // SAFETY: layout and alignment are those of RTCRayHit8, and all pointers live through the call.
-        unsafe {
-            (mesh.device.api.intersect_8)(valid, mesh.scene, self, &mut arguments(Coherence::Coherent))
-        };
+        unsafe { (mesh.device.api.intersect_8)(valid, mesh.scene, self, &mut arguments(coherence)) };
     }
 }
 
 impl Packet<16> for RtcRayHit<16> {
-    fn intersect(&mut self, mesh: &Mesh, valid: &Valid<16>) {
+    fn intersect(&mut self, mesh: &Mesh, valid: &Valid<16>, coherence: Coherence) {
         // SAFETY: layout and alignment are those of RTCRayHit16, and all pointers live through the call.
-        unsafe {
-            (mesh.device.api.intersect_16)(valid, mesh.scene, self, &mut arguments(Coherence::Coherent))
-        };
+        unsafe { (mesh.device.api.intersect_16)(valid, mesh.scene, self, &mut arguments(coherence)) };
     }
 }
 
@@ -223,6 +219,38 @@ impl ShadowPacket<16> for RtcRay<16> {
     fn occlude(&mut self, mesh: &Mesh, valid: &Valid<16>, coherence: Coherence) {
         // SAFETY: layout and alignment are those of RTCRay16, and all pointers live through the call.
         unsafe { (mesh.device.api.occluded_16)(valid, mesh.scene, self, &mut arguments(coherence)) };
+    }
+}
+
+impl RtcRayHit1 {
+    /// A ray of unlimited length that has hit nothing yet.
+    #[inline]
+    pub(crate) fn new(org: [f32; 3], dir: [f32; 3], tnear: f32) -> Self {
+        let none = RTC_INVALID_GEOMETRY_ID;
+        Self {
+            org,
+            tnear,
+            dir,
+            time: 0.0,
+            tfar: f32::INFINITY,
+            mask: u32::MAX,
+            id: 0,
+            flags: 0,
+            Ng: [0.0; 3],
+            uv: [0.0; 2],
+            primID: none,
+            geomID: none,
+            instID: none,
+            instPrimID: none,
+        }
+    }
+
+    /// What the ray hits: an id and a distance.
+    #[inline]
+    pub(crate) fn intersect(&mut self, mesh: &Mesh, arguments: &mut RtcQueryArguments) -> (u32, f32) {
+        // SAFETY: layout and alignment are those of RTCRayHit, and all pointers live through the call.
+        unsafe { (mesh.device.api.intersect_1)(mesh.scene, self, arguments) };
+        if self.geomID == RTC_INVALID_GEOMETRY_ID { (MISS, f32::INFINITY) } else { (self.primID, self.tfar) }
     }
 }
 

@@ -67,6 +67,28 @@ pub(crate) struct RtcRayHit<const N: usize> {
     pub(crate) instPrimID: [c_uint; N],
 }
 
+/// `RTCRayHit`: one ray and its hit.
+#[repr(C, align(16))]
+#[derive(Debug, Clone)]
+#[expect(non_snake_case, reason = "Embree's names")]
+pub(crate) struct RtcRayHit1 {
+    pub(crate) org: [f32; 3],
+    pub(crate) tnear: f32,
+    pub(crate) dir: [f32; 3],
+    pub(crate) time: f32,
+    pub(crate) tfar: f32,
+    pub(crate) mask: c_uint,
+    pub(crate) id: c_uint,
+    pub(crate) flags: c_uint,
+    pub(crate) Ng: [f32; 3],
+    pub(crate) uv: [f32; 2],
+    pub(crate) primID: c_uint,
+    pub(crate) geomID: c_uint,
+    pub(crate) instID: c_uint,
+    /// Libraries built with instance arrays write it; others end before it.
+    pub(crate) instPrimID: c_uint,
+}
+
 /// -1 for each ray that is to be traced, 0 for the others.
 #[repr(C, align(64))]
 #[derive(Debug, Clone, Copy)]
@@ -85,6 +107,8 @@ pub(crate) struct RtcQueryArguments {
     /// Libraries built with a least curve width read it; others end before it.
     pub(crate) min_width_distance_factor: f32,
 }
+
+type RtcIntersect1 = unsafe extern "C" fn(RtcScene, *mut RtcRayHit1, *mut RtcQueryArguments);
 
 type RtcIntersectN<const N: usize> =
     unsafe extern "C" fn(*const Valid<N>, RtcScene, *mut RtcRayHit<N>, *mut RtcQueryArguments);
@@ -143,6 +167,7 @@ functions! {
     update_geometry_buffer = b"rtcUpdateGeometryBuffer\0": unsafe extern "C" fn(RtcGeometry, c_int, c_uint);
     commit_geometry = b"rtcCommitGeometry\0": unsafe extern "C" fn(RtcGeometry);
     attach_geometry = b"rtcAttachGeometry\0": unsafe extern "C" fn(RtcScene, RtcGeometry) -> c_uint;
+    intersect_1 = b"rtcIntersect1\0": RtcIntersect1;
     intersect_8 = b"rtcIntersect8\0": RtcIntersectN<8>;
     intersect_16 = b"rtcIntersect16\0": RtcIntersectN<16>;
     occluded_8 = b"rtcOccluded8\0": RtcOccludedN<8>;

@@ -21,7 +21,7 @@ const BLOCK_WIDTH: usize = 4;
 pub(crate) struct Embree {
     name: String,
     mesh: Mesh,
-    /// Rays in a packet: 8 or 16.
+    /// Rays in a packet: 1, 8 or 16.
     packet: usize,
     prebuilt: bool,
 }
@@ -34,10 +34,12 @@ pub(crate) const VARIANTS: [(Build, bool, &str); 4] = [
     (Build::High, true, "embree-high-prebuilt"),
 ];
 
-/// Prepares the variants that are wanted. Each is built once, so that later builds find their memory.
+/// Prepares the variants that are wanted, with packets of these sizes. Each is built once, so that later builds find their
+/// memory.
 pub(crate) fn variants<S: Subject>(
     device: &Arc<Device>,
     subject: &S,
+    packets: &[usize],
     wanted: impl Fn(&str) -> bool,
 ) -> Result<Vec<Box<dyn Engine<S>>>>
 where
@@ -45,7 +47,7 @@ where
 {
     let mut engines: Vec<Box<dyn Engine<S>>> = Vec::new();
     for (build, prebuilt, name) in VARIANTS {
-        for packet in [8, 16] {
+        for &packet in packets {
             let name = format!("{name}-{packet}");
             if wanted(&name) {
                 engines.push(Box::new(Embree::new(
@@ -126,7 +128,7 @@ where
         for left in (0..film.width).step_by(BLOCK_WIDTH) {
             packet.reset();
             let valid = aim(&mut packet.ray, film, &strip, left);
-            packet.intersect(mesh, &valid);
+            packet.intersect(mesh, &valid, Coherence::Coherent);
             store(&packet, &mut strip, film.width, left);
         }
     });

@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use crate::Result;
 use crate::ambient::Ambient;
+use crate::bounce::Bounce;
 use crate::cli::Common;
 use crate::engine::{Engine, Variant};
 use crate::machine;
@@ -82,7 +83,7 @@ impl Engines {
             vec![Box::new(Umbel::from_scratch()), Box::new(Umbel::keeping_order())];
         #[cfg(feature = "embree")]
         if let Some(device) = &self.embree {
-            engines.extend(crate::embree_engine::variants(device, picture, &wanted)?);
+            engines.extend(crate::embree_engine::variants(device, picture, &[8, 16], &wanted)?);
         }
         #[cfg(feature = "llvmpipe")]
         if let Some(context) = &self.llvmpipe {
@@ -111,7 +112,7 @@ impl Engines {
             vec![Box::new(Umbel::from_scratch()), Box::new(Umbel::keeping_order())];
         #[cfg(feature = "embree")]
         if let Some(device) = &self.embree {
-            engines.extend(crate::embree_engine::variants(device, shadow, &wanted)?);
+            engines.extend(crate::embree_engine::variants(device, shadow, &[8, 16], &wanted)?);
         }
         #[cfg(feature = "obvhs")]
         engines.extend(crate::obvhs_engine::variants(shadow, &wanted));
@@ -141,6 +142,26 @@ impl Engines {
         }
         #[cfg(feature = "obvhs")]
         engines.extend(crate::obvhs_engine::variants(ambient, &wanted));
+        Ok(engines)
+    }
+
+    /// Those that trace rays that share nothing: umbel first, then all others whose names are wanted.
+    #[cfg_attr(
+        not(any(feature = "embree", feature = "obvhs")),
+        expect(unused_mut, unused_variables, reason = "umbel is alone")
+    )]
+    pub(crate) fn for_bounces(
+        &self,
+        bounce: &Bounce,
+        wanted: impl Fn(&str) -> bool,
+    ) -> Result<Vec<Box<dyn Engine<Bounce>>>> {
+        let mut engines: Vec<Box<dyn Engine<Bounce>>> = vec![Box::new(Umbel::from_scratch())];
+        #[cfg(feature = "embree")]
+        if let Some(device) = &self.embree {
+            engines.extend(crate::embree_engine::variants(device, bounce, &[1, 8, 16], &wanted)?);
+        }
+        #[cfg(feature = "obvhs")]
+        engines.extend(crate::obvhs_engine::variants(bounce, &wanted));
         Ok(engines)
     }
 }

@@ -113,7 +113,7 @@ fn contestants<'a>(
 /// Counts the rays that Embree lets escape, in packets of 16.
 #[cfg(feature = "embree")]
 fn embree_escaped(mesh: &crate::embree::Mesh, bundle: &Bundle) -> usize {
-    use crate::embree::Packet;
+    use crate::embree::{Coherence, Packet};
     use crate::embree_api::{RtcRayHit, Valid};
 
     let mut packet = RtcRayHit::<16>::from_origin(bundle.origin);
@@ -125,7 +125,7 @@ fn embree_escaped(mesh: &crate::embree::Mesh, bundle: &Bundle) -> usize {
             [packet.ray.dir_x[n], packet.ray.dir_y[n], packet.ray.dir_z[n]] = *direction;
             valid.0[n] = -1;
         }
-        packet.intersect(mesh, &valid);
+        packet.intersect(mesh, &valid, Coherence::Coherent);
         escaped += (0..directions.len()).filter(|&n| packet.hit(n).0 == crate::answer::MISS).count();
     }
     escaped

@@ -8,10 +8,13 @@
 mod ambient;
 mod ambient_rays;
 mod answer;
+mod bounce;
+mod bounce_rays;
 mod cli;
 mod cliff_subjects;
 mod cliffs;
 mod comparison;
+mod crossover;
 mod cube;
 mod curves;
 mod directions;
@@ -44,6 +47,8 @@ mod embree;
 mod embree_ambient;
 #[cfg(feature = "embree")]
 mod embree_api;
+#[cfg(feature = "embree")]
+mod embree_bounce;
 #[cfg(feature = "embree")]
 mod embree_engine;
 #[cfg(feature = "llvmpipe")]
@@ -84,6 +89,7 @@ fn run(cli: &cli::Cli) -> Result<()> {
         cli::Command::Cube(args) => cube::run(args, &cli.common),
         cli::Command::Shadow(args) => shadow::run(args, &cli.common),
         cli::Command::Ambient(args) => ambient::run(args, &cli.common),
+        cli::Command::Bounce(args) => bounce::run(args, &cli.common),
         cli::Command::Error(args) => error::run(args, &cli.common),
         cli::Command::Leaks(args) => leaks::run(args, &cli.common),
         cli::Command::Cliffs(args) => cliffs::run(args),

@@ -19,6 +19,8 @@ use crate::Result;
 use crate::ambient::Ambient;
 use crate::ambient_rays::AmbientRays;
 use crate::answer::{Blocked, Hits, MISS, OpenBits};
+use crate::bounce::Bounce;
+use crate::bounce_rays::BounceRays;
 use crate::engine::{Engine, Times, Variant, timed};
 use crate::picture::Picture;
 use crate::shadow::Shadow;
@@ -105,6 +107,12 @@ impl Engine<Ambient> for Obvhs {
     }
 }
 
+impl Engine<Bounce> for Obvhs {
+    fn run(&mut self, bounce: &Bounce, answer: &mut Hits) -> Result<Times> {
+        self.times(&bounce.model, |built| built.bounce(&bounce.rays, answer))
+    }
+}
+
 enum Tree {
     Binary(Bvh2),
     Wide(CwBvh),
@@ -147,24 +155,53 @@ impl Built {
         Self { tree, triangles }
     }
 
+    /// What a hit is called in the answer.
+    fn found(&self, hit: RayHit) -> (u32, f32) {
+        let order = match &self.tree {
+            Tree::Binary(tree) => &tree.primitive_indices,
+            Tree::Wide(tree) => &tree.primitive_indices,
+        };
+        match hit.primitive_id {
+            INVALID_ID => (MISS, f32::INFINITY),
+            place => (order[place as usize], hit.t),
+        }
+    }
+
     /// Traces all rays.
     fn trace(&self, rays: &ViewRays, answer: &mut Hits) {
         let origin = Vec3A::from_array(rays.origin);
-        let found = |hit: RayHit, order: &[u32]| match hit.primitive_id {
-            INVALID_ID => (MISS, f32::INFINITY),
-            place => (order[place as usize], hit.t),
-        };
         let test = |ray: &Ray, place: usize| self.triangles[place].intersect(ray);
         match &self.tree {
             Tree::Binary(tree) => rays.trace_singly(answer, |direction| {
                 let mut hit = RayHit::none();
                 tree.ray_traverse(Ray::new_inf(origin, Vec3A::from_array(direction)), &mut hit, test);
-                found(hit, &tree.primitive_indices)
+                self.found(hit)
             }),
             Tree::Wide(tree) => rays.trace_singly(answer, |direction| {
                 let mut hit = RayHit::none();
                 tree.ray_traverse(Ray::new_inf(origin, Vec3A::from_array(direction)), &mut hit, test);
-                found(hit, &tree.primitive_indices)
+                self.found(hit)
+            }),
+        }
+    }
+
+    /// Traces rays that share nothing.
+    fn bounce(&self, rays: &BounceRays, answer: &mut Hits) {
+        let ray = |point, direction| {
+            let (point, direction) = (Vec3A::from_array(point), Vec3A::from_array(direction));
+            Ray::new(point, direction, rays.epsilon, f32::INFINITY)
+        };
+        let test = |ray: &Ray, place: usize| self.triangles[place].intersect(ray);
+        match &self.tree {
+            Tree::Binary(tree) => rays.trace_singly(answer, |point, direction| {
+                let mut hit = RayHit::none();
+                tree.ray_traverse(ray(point, direction), &mut hit, test);
+                self.found(hit)
+            }),
+            Tree::Wide(tree) => rays.trace_singly(answer, |point, direction| {
+                let mut hit = RayHit::none();
+                tree.ray_traverse(ray(point, direction), &mut hit, test);
+                self.found(hit)
             }),
         }
     }

@@ -38,6 +38,12 @@ pub(crate) fn colour(index: usize) -> RGBColor {
     COLOURS[index % COLOURS.len()]
 }
 
+/// The least and the greatest of some positive numbers; never empty.
+pub(crate) fn span(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (least, most) = values.fold((f64::MAX, 0.0_f64), |(least, most), x| (least.min(x), most.max(x)));
+    if most > least { (least, most) } else { (1.0, 2.0) }
+}
+
 /// Writes an SVG of so many pixels, drawn on white.
 pub(crate) fn save(
     path: &Path,

@@ -42,8 +42,9 @@ pub(crate) fn print<S: Subject>(subject: &S, measured: &[Measured], best: &[Best
             total / umbel,
         );
     }
-    let kept = measured.iter().find(|engine| engine.name == KEEPING);
-    let kept = kept.map_or(f64::NAN, |kept| kept.median(Times::total));
+    // Where umbel does not keep the order, it is compared as it is.
+    let kept = measured.iter().find(|engine| engine.name == KEEPING).or(measured.first());
+    let (kept, keeping) = kept.map_or((f64::NAN, KEEPING), |kept| (kept.median(Times::total), &kept.name));
     for best in best.iter().filter(|best| best.family != "umbel") {
         let text = |time: &Option<(f64, String)>, own: f64, with: &str| {
             let (ms, name) = time.as_ref()?;
@@ -54,7 +55,7 @@ pub(crate) fn print<S: Subject>(subject: &S, measured: &[Measured], best: &[Best
             "best {}: build + trace {}, trace alone {}",
             best.family,
             text(&best.total, umbel, "umbel").unwrap_or_else(none),
-            text(&best.trace, kept, KEEPING).unwrap_or_else(none)
+            text(&best.trace, kept, keeping).unwrap_or_else(none)
         );
     }
 }

@@ -6,6 +6,7 @@ use umbel::{Frame, Grouping, Occlusion, Options, RaySamples, Triangles};
 use crate::Result;
 use crate::ambient::Ambient;
 use crate::answer::{Blocked, Hits, OpenBits};
+use crate::bounce::Bounce;
 use crate::engine::{Engine, Times, Variant, timed};
 use crate::picture::Picture;
 use crate::shadow::Shadow;
@@ -38,6 +39,12 @@ impl Umbel {
         [("umbel-by-direction", Grouping::Direction), ("umbel-by-origin", Grouping::Origin)]
             .map(|(name, grouping)| Self { name, frame: Frame::new(), grouping })
     }
+
+    /// Copies what the frame has found.
+    fn copy_hits(&self, answer: &mut Hits) {
+        answer.ids.copy_from_slice(self.frame.hits().ids());
+        answer.ts.copy_from_slice(self.frame.hits().ts());
+    }
 }
 
 impl Variant for Umbel {
@@ -56,8 +63,7 @@ impl Engine<Picture> for Umbel {
         let (trace, stats) =
             timed(|| self.frame.closest_hit(&triangles, &picture.pencil, &Options::default()));
         stats?;
-        answer.ids.copy_from_slice(self.frame.hits().ids());
-        answer.ts.copy_from_slice(self.frame.hits().ts());
+        self.copy_hits(answer);
         Ok(Times { build: 0.0, trace })
     }
 }
@@ -69,6 +75,17 @@ impl Engine<Shadow> for Umbel {
             timed(|| self.frame.shadowed(&triangles, shadow.light, &shadow.receivers, &Options::default()));
         let (shadowed, _) = found?;
         shadow.rays.put_in_order(&shadowed, answer);
+        Ok(Times { build: 0.0, trace })
+    }
+}
+
+impl Engine<Bounce> for Umbel {
+    fn run(&mut self, bounce: &Bounce, answer: &mut Hits) -> Result<Times> {
+        let triangles = Triangles::new(&bounce.model.positions, &bounce.model.triangles)?;
+        let rays = &bounce.exact[..];
+        let (trace, stats) = timed(|| self.frame.closest_hit(&triangles, rays, &Options::default()));
+        stats?;
+        self.copy_hits(answer);
         Ok(Times { build: 0.0, trace })
     }
 }
