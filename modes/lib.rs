@@ -32,6 +32,7 @@ mod atlas;
 mod atlas_block;
 mod bake;
 mod bake_options;
+mod bounce;
 mod builtin;
 mod camera;
 mod charts;
@@ -61,6 +62,8 @@ mod gltf_json;
 #[cfg(feature = "gltf")]
 mod gltf_nodes;
 #[cfg(feature = "gltf")]
+mod gltf_optics;
+#[cfg(feature = "gltf")]
 mod gltf_patch;
 #[cfg(feature = "gltf")]
 mod gltf_scene;
@@ -87,6 +90,7 @@ mod obj_source;
 #[cfg(feature = "obj")]
 mod obj_text;
 mod occluders;
+mod optics;
 mod output;
 mod pattern;
 mod png_file;
@@ -99,6 +103,7 @@ mod scene;
 mod shade;
 mod shading_normal;
 mod shadow;
+mod spawn;
 mod sweep;
 mod texel_receivers;
 mod texels;
@@ -123,7 +128,11 @@ pub use camera::{CUBE_FACES, Camera, Lens, Shot};
 pub use info::{Info, info};
 pub use pattern::{Pattern, read_pattern};
 pub use point_cloud::{SeenPoint, write_ply};
-pub use primary::{Aov, AovData, VisibilityBuffer, preview, preview_lit, visibility};
+pub use primary::{Aov, AovData, Look, VisibilityBuffer, preview, preview_lit, preview_with, visibility};
+
+pub use bounce::Followed;
+pub use optics::Optics;
+pub use spawn::{Bounces, Spawned};
 
 pub use cube_lookup::CubeMap;
 pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil};

@@ -7,6 +7,7 @@ mod bake_files;
 mod bake_gltf;
 mod bake_sampling_args;
 mod bake_source;
+mod bounce_args;
 mod camera_args;
 mod cli;
 mod commands;
