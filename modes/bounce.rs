@@ -22,7 +22,7 @@ use crate::spawn::{Bounces, Spawned};
 use crate::{Error, Scene};
 
 /// The most paths of one query.
-const WAVE: usize = 1 << 19;
+pub(crate) const WAVE: usize = 1 << 19;
 
 /// Camera rays whose hits spawn together.
 const SPAWNING: usize = 1 << 15;
@@ -101,6 +101,8 @@ pub(crate) struct Surroundings<'a> {
     /// Up in the picture.
     pub(crate) up: DVec3,
     pub(crate) options: &'a Options,
+    /// The most paths of one query.
+    pub(crate) wave: usize,
 }
 
 impl Surroundings<'_> {
@@ -135,7 +137,7 @@ impl Surroundings<'_> {
             };
             let rays = first..hits.len().min(first + SPAWNING);
             waiting.extend(rays.into_par_iter().flat_map_iter(of_ray).collect());
-            if waiting.rays.len() >= WAVE {
+            if waiting.rays.len() >= self.wave {
                 walk.trace(std::mem::take(&mut waiting), 1)?;
             }
         }
@@ -171,8 +173,8 @@ impl Walk<'_, '_> {
         let level = bounce as usize;
         self.followed.rays.resize(self.followed.rays.len().max(level), 0);
         self.followed.rays[level - 1] += count as u64;
-        for first in (0..count).step_by(WAVE) {
-            let part = first..count.min(first + WAVE);
+        for first in (0..count).step_by(self.around.wave) {
+            let part = first..count.min(first + self.around.wave);
             let next = self.trace_part(&wave.rays[part.clone()], &wave.places[part], bounce)?;
             self.trace(next, bounce + 1)?;
         }
@@ -181,7 +183,7 @@ impl Walk<'_, '_> {
 
     /// Traces paths in one query, and adds what they see. Returns what they spawn.
     fn trace_part(&mut self, rays: &[Ray], places: &[Place], bounce: u32) -> Result<Wave, Error> {
-        let Surroundings { scene, triangles, lights, bounces, up, options } = self.around;
+        let Surroundings { scene, triangles, lights, bounces, up, options, .. } = self.around;
         let (hits, stats) = closest_hit(triangles, rays, options)?;
         self.followed.stats = self.followed.stats.then(stats);
         let lamps = Lamps::new(lights, triangles, (&|k| rays[k], &hits), self.frame, options)?;
@@ -214,5 +216,62 @@ impl Walk<'_, '_> {
             next.extend((0..rays.len()).into_par_iter().flat_map_iter(of_path).collect());
         }
         Ok(next)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use umbel_core::{Film, GridFilm};
+
+    use super::*;
+    use crate::{Optics, builtin};
+
+    /// What waves of a length add to a picture of a room with glass and mirrors.
+    fn followed(wave: usize) -> (Vec<f32>, Vec<u64>) {
+        let mut scene = builtin("cornell").expect("a scene");
+        scene.set_optics("tall block", Optics::glass(1.5));
+        scene.set_optics("back wall", Optics::MIRROR);
+        let triangles = scene.geometry().expect("triangles");
+        let film = GridFilm::new(20, 20, DVec3::Z, DVec3::NEG_X / 50.0, DVec3::Y / 50.0).expect("a film");
+        let eye = Origin::Point(DVec3::new(278.0, 273.0, -600.0));
+        let pencil = Pencil::new(eye, vec![Film::Grid(film)]).expect("rays");
+        let options = Options::default();
+        let (hits, _) = closest_hit(&triangles, &pencil, &options).expect("hits");
+        let lights = [Origin::Point(DVec3::new(300.0, 500.0, 200.0))];
+        let bounces = Bounces { reflect: true, refract: true, most: 5 };
+        let around = Surroundings {
+            scene: &scene,
+            triangles: &triangles,
+            lights: &lights,
+            bounces,
+            up: DVec3::Y,
+            options: &options,
+            wave,
+        };
+        let mut colours = vec![0.0; hits.len() * 3];
+        let followed = around.follow(&pencil, &hits, &mut Frame::new(), &mut colours).expect("colours");
+        (colours, followed.rays)
+    }
+
+    #[test]
+    fn short_waves_add_the_same() {
+        let (expected, rays) = followed(WAVE);
+        assert!(rays.len() == 5 && rays[0] > 100, "{rays:?}");
+        for wave in [1, 7, 64] {
+            let (colours, counts) = followed(wave);
+            assert_eq!(counts, rays);
+            // A sum of few numbers in another order.
+            assert!(colours.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-5));
+        }
+    }
+
+    #[test]
+    fn forecasts_are_bounded() {
+        let bounces = |most| Bounces { reflect: true, refract: true, most };
+        assert_eq!(bounces(0).forecast(1 << 40, 3), 0);
+        let deep = bounces(4).forecast(1 << 40, 1);
+        assert!(deep < 800 << 20, "{deep}");
+        assert!(bounces(64).forecast(u64::MAX, 1) < 16 * deep);
+        assert!(bounces(1).forecast(1000, 0) < 1_000_000);
     }
 }

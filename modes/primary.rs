@@ -12,7 +12,7 @@ use umbel_core::{
     Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Ray, Stats, TileStats, Triangles, closest_hit,
 };
 
-use crate::bounce::{Followed, Surroundings};
+use crate::bounce::{Followed, Surroundings, WAVE};
 use crate::camera::{Camera, Lens, Shot};
 use crate::lamps::Lamps;
 use crate::shade::{Shader, background, background_toward};
@@ -139,7 +139,7 @@ pub fn preview_with(
     let triangles = scene.geometry()?;
     let shader = Shader::new(scene, &triangles);
     let (lights, bounces, up) = (&look.lights[..], look.bounces, camera.up);
-    let around = Surroundings { scene, triangles: &triangles, lights, bounces, up, options };
+    let around = Surroundings { scene, triangles: &triangles, lights, bounces, up, options, wave: WAVE };
     let (mut frame, mut followed) = (Frame::keeping_order(), Followed::default());
     let mut shade = |seen: &VisibilityBuffer| {
         let pencil = &seen.shot.pencil;
