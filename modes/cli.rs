@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use umbel::{Accuracy, Isa, Options, Path};
 
 use crate::bake_args::BakeArgs;
+use crate::bounce_args::BounceArgs;
 use crate::camera_args::CameraArgs;
 use crate::parse::parse_bytes;
 use crate::picture_args::PictureArgs;
@@ -168,6 +169,9 @@ pub(crate) struct RenderArgs {
     /// Lights of the preview, with exact shadows
     #[command(flatten)]
     pub(crate) lights: LightArgs,
+
+    #[command(flatten)]
+    pub(crate) bounces: BounceArgs,
 
     #[command(flatten)]
     pub(crate) camera: CameraArgs,

@@ -5,8 +5,8 @@ use std::io::Write as _;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, json};
 use umbel::{
-    Camera, Error, Frame, Lens, LoadOptions, Scene, Stats, VisibilityBuffer, info, load, preview_lit, verify,
-    write_png_rgb8,
+    Bounces, Camera, Error, Frame, Lens, LoadOptions, Look, Scene, Stats, VisibilityBuffer, info, load,
+    preview_with, verify, write_png_rgb8,
 };
 
 use crate::bake_command::vertices_forecast;
@@ -48,17 +48,20 @@ pub(crate) fn say(warnings: &[String], common: &Common) {
 pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
     let output = args.picture.checked_output()?;
     let lights = args.lights.lights()?;
-    if !lights.is_empty() && (output.is_none() || args.picture.is_point_cloud()) {
-        let what = "--light and --sun go with the preview: add -o FILE.png, or leave them out";
+    let bounces = args.bounces.bounces()?;
+    let is_lit = !lights.is_empty() || args.bounces.is_given();
+    if is_lit && (output.is_none() || args.picture.is_point_cloud()) {
+        let what = "lights, mirrors and glass go with the preview: add -o FILE.png, or leave them out";
         return Err(Error::Usage(what.into()));
     }
     let mut times = Times::default();
-    let scene = load_scene(&args.scene, common, &mut times)?;
+    let mut scene = load_scene(&args.scene, common, &mut times)?;
+    say(args.bounces.change(&mut scene)?.as_slice(), common);
     let camera = args.camera.camera(&scene)?;
-    let shadows = lights.len() as u64 * (SHADOW_BYTES + 1);
-    check_memory_with(&scene, &camera, shadows, common)?;
+    check_memory_with(&scene, &camera, (lights.len() as u64, bounces), common)?;
     let sight = Sight::of_camera(&camera)?;
-    see("render", &scene, sight, &Files { args: &args.picture, output, lights }, common, times)
+    let look = Look { samples: args.picture.samples, lights, bounces };
+    see("render", &scene, sight, &Files { args: &args.picture, output, look }, common, times)
 }
 
 /// Finds what the rays of a sight hit, and writes the files that were asked for and nothing else.
@@ -85,16 +88,16 @@ pub(crate) fn see(
     let buffer = VisibilityBuffer::new(shot, pixels, frame);
 
     let mut hash = blake3::Hasher::new();
-    let samples = files.args.samples;
-    let progress = progress(samples, "samples", common);
-    let linear = match (&files.output, &camera) {
+    let progress = progress(files.look.samples, "samples", common);
+    let seen = match (&files.output, &camera) {
         (Some(_), Some(camera)) if !files.args.is_point_cloud() => Some(timed(&mut times.shade, || {
-            preview_lit(scene, camera, &buffer, samples, &files.lights, &options, |pass| {
+            preview_with(scene, camera, &buffer, &files.look, &options, |pass| {
                 progress.set_position(u64::from(pass))
             })
         })?),
         _ => None,
     };
+    let (linear, followed) = seen.unzip();
     progress.finish_and_clear();
     let picture = Picture { shape, seen: &(&buffer, scene) };
     timed(&mut times.write, || picture.write(files, linear, &mut hash))?;
@@ -104,16 +107,26 @@ pub(crate) fn see(
     }
     let rays = buffer.hits.len();
     let report = Report { command, scene, rays, options, times: &times, stats, hash: hash.finalize() };
-    common.report.as_deref().map_or(Ok(()), |path| report.write(path))
+    let mut more = Map::new();
+    if files.look.bounces.most > 0 {
+        // The rays of each bounce, over all samples.
+        more.insert("bounces".to_owned(), json!(followed.unwrap_or_default().rays));
+    }
+    common.report.as_deref().map_or(Ok(()), |path| report.write_with(path, more))
 }
 
 /// Stops before the start when a picture needs more than `--max-memory`, or else what the machine has left.
 pub(crate) fn check_memory(scene: &Scene, camera: &Camera, common: &Common) -> Result<(), Error> {
-    check_memory_with(scene, camera, 0, common)
+    check_memory_with(scene, camera, (0, Bounces::default()), common)
 }
 
-/// The same, with so many more bytes per pixel.
-fn check_memory_with(scene: &Scene, camera: &Camera, more: u64, common: &Common) -> Result<(), Error> {
+/// The same, with so many lights, and with bounces.
+fn check_memory_with(
+    scene: &Scene,
+    camera: &Camera,
+    (lights, bounces): (u64, Bounces),
+    common: &Common,
+) -> Result<(), Error> {
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
     let scattered = if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
     let remedy = match camera.lens {
@@ -121,7 +134,9 @@ fn check_memory_with(scene: &Scene, camera: &Camera, more: u64, common: &Common)
         Lens::Spinning { .. } => "--pattern",
         _ => "--size",
     };
-    limit_memory(pixels * (PIXEL_BYTES + scattered + more), scene, remedy, common)
+    let bytes = pixels * (PIXEL_BYTES + scattered + lights * (SHADOW_BYTES + 1));
+    let bytes = bytes + bounces.forecast(pixels, lights);
+    limit_memory(bytes, scene, remedy, common)
 }
 
 /// Stops when so many bytes, with the engine's own for the triangles, are more than there may be.

@@ -6,6 +6,7 @@
 //! Based on: Cindy Goral, Kenneth Torrance, Donald Greenberg, Bennett Battaile, "Modeling the Interaction of Light
 //! Between Diffuse Surfaces", 1984; Cornell University Program of Computer Graphics, "The Cornell Box", 1998 (the data).
 
+use crate::optics::Optics;
 use crate::scene::{Material, Object, Scene};
 use crate::sweep::index;
 
@@ -39,7 +40,11 @@ const CORNELL_BLOCKS: [(&str, f32, [[f32; 2]; 4]); 2] = [
 
 /// The Cornell box: y up, open towards −z.
 pub(crate) fn cornell(name: String) -> Scene {
-    let materials = CORNELL_MATERIALS.map(|(name, diffuse)| Material { name: name.to_owned(), diffuse });
+    let materials = CORNELL_MATERIALS.map(|(name, diffuse)| Material {
+        name: name.to_owned(),
+        diffuse,
+        optics: Optics::OPAQUE,
+    });
     let mut scene = Scene { name, materials: materials.to_vec(), ..Scene::default() };
     for (name, material, corners) in CORNELL_QUADS {
         add_object(&mut scene, name, material, &corners, &[[0, 1, 2, 3]]);

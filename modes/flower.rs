@@ -15,6 +15,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DMat3, DVec3};
 
 use crate::foliage::{Chance, Detail, bracts, ground, leaves};
+use crate::optics::Optics;
 use crate::scene::{Material, Scene};
 use crate::sweep::{Builder, Patch, bezier, frame};
 
@@ -100,7 +101,8 @@ struct Node {
 /// The scene with about `triangles` triangles.
 pub(crate) fn umbel(name: String, triangles: u32) -> Scene {
     let detail = Detail::new(triangles);
-    let materials = MATERIALS.map(|(name, diffuse)| Material { name: name.to_owned(), diffuse });
+    let materials =
+        MATERIALS.map(|(name, diffuse)| Material { name: name.to_owned(), diffuse, optics: Optics::OPAQUE });
     let mut builder = Builder::new(name, materials.to_vec(), triangles as usize);
     ground(&mut builder, &detail);
     builder.close_object("ground", SOIL);

@@ -138,6 +138,8 @@ pub(crate) struct Surface {
     pub(crate) name: String,
     #[serde(default)]
     pub(crate) pbr_metallic_roughness: Reflectance,
+    #[serde(default)]
+    pub(crate) extensions: SurfaceExtensions,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -145,6 +147,43 @@ pub(crate) struct Surface {
 pub(crate) struct Reflectance {
     /// Red, green, blue, alpha; white where the file names none.
     pub(crate) base_color_factor: Option<[f32; 4]>,
+    /// 1 where the file names none.
+    pub(crate) metallic_factor: Option<f32>,
+    /// 1 where the file names none.
+    pub(crate) roughness_factor: Option<f32>,
+    pub(crate) metallic_roughness_texture: Option<Value>,
+}
+
+/// The extensions of materials that are followed by mirrors and glass.
+#[derive(Debug, Default, Deserialize)]
+pub(crate) struct SurfaceExtensions {
+    #[serde(rename = "KHR_materials_ior")]
+    pub(crate) ior: Option<RefractiveIndex>,
+    #[serde(rename = "KHR_materials_transmission")]
+    pub(crate) transmission: Option<Transmission>,
+    #[serde(rename = "KHR_materials_volume")]
+    pub(crate) volume: Option<Volume>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct RefractiveIndex {
+    /// 1.5 where the file names none.
+    pub(crate) ior: Option<f32>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Transmission {
+    #[serde(default)]
+    pub(crate) transmission_factor: f32,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Volume {
+    /// 0 is a thin wall.
+    #[serde(default)]
+    pub(crate) thickness_factor: f32,
 }
 
 #[derive(Debug, Deserialize)]

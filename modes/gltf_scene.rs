@@ -15,6 +15,7 @@ use crate::gltf_accessor::Data;
 use crate::gltf_extensions::{DRACO, compressed};
 use crate::gltf_json::{Primitive, Surface, TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES, broken, named};
 use crate::gltf_nodes::{Instance, instances};
+use crate::gltf_optics::optics;
 use crate::scene::{Material, NO_INDEX, Object, Scene};
 
 /// Makes the scene, without a name, and tells where each part of it comes from.
@@ -44,7 +45,8 @@ pub(crate) fn build(data: Data<'_>, options: &GltfOptions) -> Result<(Scene, Vec
 fn materials(data: Data<'_>) -> Vec<Material> {
     let material = |surface: &Surface| {
         let [diffuse @ .., _] = surface.pbr_metallic_roughness.base_color_factor.unwrap_or([1.0; 4]);
-        Material { name: surface.name.clone(), diffuse: diffuse.map(|part| part.clamp(0.0, 1.0)) }
+        let diffuse = diffuse.map(|part| part.clamp(0.0, 1.0));
+        Material { name: surface.name.clone(), diffuse, optics: optics(surface, diffuse) }
     };
     data.document.materials.iter().map(material).collect()
 }

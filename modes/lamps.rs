@@ -7,10 +7,10 @@
 //! Based on: Johann Heinrich Lambert, "Photometria", 1760 (the cosine law).
 
 use glam::DVec3;
-use umbel_core::{Frame, Hits, Options, Origin, Pencil, Triangles};
+use umbel_core::{Frame, Hits, Options, Origin, Ray, Triangles};
 
 use crate::Error;
-use crate::shadow::receivers;
+use crate::shadow::receivers_of;
 
 /// The light of all lamps together: warm.
 const LAMP: [f64; 3] = [0.80, 0.75, 0.68];
@@ -24,18 +24,18 @@ pub(crate) struct Lamps<'a> {
 }
 
 impl<'a> Lamps<'a> {
-    /// Casts the shadows of the lights on what a pencil has hit.
+    /// Casts the shadows of the lights on what rays have hit.
     pub(crate) fn new(
         lights: &'a [Origin],
         triangles: &Triangles<'_>,
-        (pencil, hits): (&Pencil, &Hits),
+        (ray, hits): (&(dyn Fn(usize) -> Ray + Sync), &Hits),
         frame: &mut Frame,
         options: &Options,
     ) -> Result<Self, Error> {
         if lights.is_empty() {
             return Ok(Self { lights, seen: Vec::new() });
         }
-        let receivers = receivers(triangles, pencil, hits, lights)?;
+        let receivers = receivers_of(triangles, ray, hits, lights)?;
         let mut seen = Vec::new();
         for (&light, receivers) in lights.iter().zip(receivers) {
             let (shadowed, _) = frame.shadowed(triangles, light, &receivers.points, options)?;

@@ -34,6 +34,7 @@ mod bake;
 mod bake_options;
 mod bezier;
 mod bicubic;
+mod bounce;
 mod bpt;
 mod builtin;
 mod cage;
@@ -73,6 +74,8 @@ mod gltf_json;
 #[cfg(feature = "gltf")]
 mod gltf_nodes;
 #[cfg(feature = "gltf")]
+mod gltf_optics;
+#[cfg(feature = "gltf")]
 mod gltf_patch;
 #[cfg(feature = "gltf")]
 mod gltf_scene;
@@ -104,6 +107,7 @@ mod obj_source;
 #[cfg(feature = "obj")]
 mod obj_text;
 mod occluders;
+mod optics;
 mod output;
 mod pareto;
 mod patch_tree;
@@ -121,6 +125,7 @@ mod scene;
 mod shade;
 mod shading_normal;
 mod shadow;
+mod spawn;
 mod subdivision;
 mod surface_scene;
 mod surfaces;
@@ -150,7 +155,11 @@ pub use camera::{CUBE_FACES, Camera, Lens, Shot};
 pub use info::{Info, info};
 pub use pattern::{Pattern, read_pattern};
 pub use point_cloud::{SeenPoint, write_ply};
-pub use primary::{Aov, AovData, VisibilityBuffer, preview, preview_lit, visibility};
+pub use primary::{Aov, AovData, Look, VisibilityBuffer, preview, preview_lit, preview_with, visibility};
+
+pub use bounce::Followed;
+pub use optics::Optics;
+pub use spawn::{Bounces, Spawned};
 
 pub use cube_lookup::CubeMap;
 pub use cube_samples::cube_answers;

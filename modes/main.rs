@@ -9,6 +9,7 @@ mod bake_gltf;
 mod bake_sample;
 mod bake_sampling_args;
 mod bake_source;
+mod bounce_args;
 mod camera_args;
 mod cli;
 mod commands;

@@ -16,7 +16,7 @@ use tobj::{LoadError, LoadOptions, Mesh};
 use crate::Error;
 use crate::ear_clip::triangulate;
 use crate::error::Problem;
-use crate::mtl::read_libraries;
+use crate::mtl::{Look, read_libraries};
 use crate::obj_source::{KEYWORDS, KINDS, Part, Source};
 use crate::obj_text::{Statements, keyword, text_of};
 use crate::scene::{Material, NO_INDEX, Object, Scene};
@@ -62,8 +62,8 @@ fn read(path: &Path, options: &ObjOptions) -> Result<Scene, Problem> {
         }
     }
     let folder = path.parent().unwrap_or(Path::new(""));
-    let diffuse = read_libraries(folder, &source.libraries, &mut scene.warnings);
-    take_objects(&mut scene, &source.parts, &firsts, &diffuse);
+    let looks = read_libraries(folder, &source.libraries, &mut scene.warnings);
+    take_objects(&mut scene, &source.parts, &firsts, &looks);
     if scene.triangles.is_empty() {
         let what = format!("the file has no triangles ({} vertices)", scene.positions.len());
         scene.warnings.push(if text.is_empty() { "the file is empty".to_owned() } else { what });
@@ -202,7 +202,7 @@ fn index_or_none(index: u32, count: usize) -> u32 {
 }
 
 /// Makes objects of the parts that have triangles; neighbours of one name and material become one.
-fn take_objects(scene: &mut Scene, parts: &[Part], firsts: &[u32], diffuse: &HashMap<String, [f32; 3]>) {
+fn take_objects(scene: &mut Scene, parts: &[Part], firsts: &[u32], looks: &HashMap<String, Look>) {
     let mut indices: HashMap<&str, Option<u32>> = HashMap::from([("", None)]);
     let mut unknown = Vec::new();
     for (part, range) in parts.iter().zip(firsts.windows(2)) {
@@ -210,12 +210,12 @@ fn take_objects(scene: &mut Scene, parts: &[Part], firsts: &[u32], diffuse: &Has
             continue;
         }
         let material = *indices.entry(&part.material).or_insert_with(|| {
-            let Some(&diffuse) = diffuse.get(&part.material) else {
+            let Some(&(diffuse, optics)) = looks.get(&part.material) else {
                 unknown.push(&part.material);
                 return None;
             };
             let index = u32::try_from(scene.materials.len()).ok();
-            scene.materials.push(Material { name: part.material.clone(), diffuse });
+            scene.materials.push(Material { name: part.material.clone(), diffuse, optics });
             index
         });
         match scene.objects.last_mut() {

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use umbel::{
-    Aov, AovData, Array, Camera, Channel, Error, Lens, Origin, Samples, Scene, SeenPoint, Shot,
-    SurfaceBuffer, VisibilityBuffer, srgb_encode, write_exr, write_npy, write_ply, write_png_rgb8,
+    Aov, AovData, Array, Camera, Channel, Error, Lens, Look, Samples, Scene, SeenPoint, Shot, SurfaceBuffer,
+    VisibilityBuffer, srgb_encode, write_exr, write_npy, write_ply, write_png_rgb8,
 };
 
 use crate::picture_args::PictureArgs;
@@ -37,8 +37,8 @@ pub(crate) struct Files<'a> {
     pub(crate) args: &'a PictureArgs,
     /// The file of the preview or of the points, checked.
     pub(crate) output: Option<PathBuf>,
-    /// The lights of the preview.
-    pub(crate) lights: Vec<Origin>,
+    /// How the preview is lit, and what is followed.
+    pub(crate) look: Look,
 }
 
 /// A rendered picture, from which files are made.

@@ -12,9 +12,11 @@ use umbel_core::{
     Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Ray, Stats, TileStats, Triangles, closest_hit,
 };
 
+use crate::bounce::{Followed, Surroundings, WAVE};
 use crate::camera::{Camera, Shot};
 use crate::lamps::Lamps;
 use crate::shade::{Shader, background_of};
+use crate::spawn::Bounces;
 use crate::{Error, Scene};
 
 /// (id, t) of each ray of a camera, with the rays.
@@ -108,31 +110,63 @@ pub fn preview_lit(
     samples: u32,
     lights: &[Origin],
     options: &Options,
-    mut progress: impl FnMut(u32),
+    progress: impl FnMut(u32),
 ) -> Result<Vec<f32>, Error> {
+    let look = Look { samples, lights: lights.to_vec(), bounces: Bounces::default() };
+    Ok(preview_with(scene, camera, buffer, &look, options, progress)?.0)
+}
+
+/// How a preview is lit, and what is followed behind the camera's rays.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Look {
+    /// Passes over sub-pixel positions; at least one is made.
+    pub samples: u32,
+    /// Lights with exact shadows.
+    pub lights: Vec<Origin>,
+    /// Reflections and refractions.
+    pub bounces: Bounces,
+}
+
+/// The preview with lights, and with what mirrors and glass show.
+///
+/// # Errors
+/// When the camera, the scene or a light is refused.
+pub fn preview_with(
+    scene: &Scene,
+    camera: &Camera,
+    buffer: &VisibilityBuffer,
+    look: &Look,
+    options: &Options,
+    mut progress: impl FnMut(u32),
+) -> Result<(Vec<f32>, Followed), Error> {
     let triangles = scene.geometry()?;
     let shader = Shader::new(scene, &triangles);
-    let mut frame = Frame::keeping_order();
+    let (lights, bounces, up) = (&look.lights[..], look.bounces, camera.up);
+    let around = Surroundings { scene, triangles: &triangles, lights, bounces, up, options, wave: WAVE };
+    let (mut frame, mut followed) = (Frame::keeping_order(), Followed::default());
     let mut shade = |seen: &VisibilityBuffer| {
-        let answer = (&seen.shot.pencil, &seen.hits);
-        let lamps = Lamps::new(lights, &triangles, answer, &mut frame, options)?;
-        Ok::<_, Error>(seen.shade(&shader, &lamps, camera))
+        let pencil = &seen.shot.pencil;
+        let lamps =
+            Lamps::new(lights, &triangles, (&|ray| pencil.ray(ray), &seen.hits), &mut frame, options)?;
+        let mut colours = seen.shade((&shader, &lamps, &around), camera);
+        followed.add(&around.follow(pencil, &seen.hits, &mut frame, &mut colours)?);
+        Ok::<_, Error>(seen.spread(&colours, &[0.0; 3]))
     };
-    if samples <= 1 {
-        return shade(buffer);
+    if look.samples <= 1 {
+        return Ok((shade(buffer)?, followed));
     }
     let mut sum = vec![0.0; buffer.pixels * 3];
-    for pass in 0..samples {
-        let shot = camera.subpixel_shot(pass, samples)?;
+    for pass in 0..look.samples {
+        let shot = camera.subpixel_shot(pass, look.samples)?;
         let (hits, _) = closest_hit(&triangles, &shot.pencil, options)?;
         let seen = VisibilityBuffer { shot, hits, tiles: Vec::new(), pixels: buffer.pixels };
         let pixels = shade(&seen)?;
         sum.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
         progress(pass + 1);
     }
-    let count = samples as f32;
+    let count = look.samples as f32;
     sum.par_iter_mut().for_each(|value| *value /= count);
-    Ok(sum)
+    Ok((sum, followed))
 }
 
 impl VisibilityBuffer {
@@ -225,17 +259,24 @@ impl VisibilityBuffer {
         AovData::F32(C, self.spread(&values, &miss))
     }
 
-    /// The linear preview of one pass.
-    fn shade(&self, shader: &Shader<'_>, lamps: &Lamps<'_>, camera: &Camera) -> Vec<f32> {
+    /// The linear colours of all rays: what surfaces look like themselves, as far as they show that.
+    fn shade(
+        &self,
+        (shader, lamps, around): (&Shader<'_>, &Lamps<'_>, &Surroundings<'_>),
+        camera: &Camera,
+    ) -> Vec<f32> {
         let of_ray = |k: usize| {
             let ray = self.shot.pencil.ray(k);
             match self.hits.get(k) {
-                Some(hit) => shader.shade((k, &ray), &hit, camera.up, lamps),
+                Some(hit) => {
+                    let own = around.spawn(&ray, &hit).own;
+                    let colour = shader.shade((k, &ray), &hit, camera.up, lamps);
+                    [0, 1, 2].map(|c| own[c] * colour[c])
+                }
                 None => background_of(camera, k, &ray),
             }
         };
-        let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
-        self.spread(&values, &[0.0; 3])
+        (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect()
     }
 
     /// Values of rays, each of `miss.len()` numbers, as values of pixels; pixels without a ray get `miss`.

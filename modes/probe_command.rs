@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use umbel::{Error, Pattern, Scene, read_pattern};
+use umbel::{Error, Look, Pattern, Scene, read_pattern};
 
 use crate::cli::Common;
 use crate::commands::{PIXEL_BYTES, SCATTERED_BYTES, check_memory, limit_memory, load_scene, see};
@@ -22,7 +22,8 @@ pub(crate) fn probe(args: &ProbeArgs, common: &Common) -> Result<(), Error> {
     let mut times = Times::default();
     let scene = load_scene(&args.scene, common, &mut times)?;
     let sight = sight(args, &scene, common)?;
-    let files = Files { args: &args.picture, output, lights: Vec::new() };
+    let look = Look { samples: args.picture.samples, ..Look::default() };
+    let files = Files { args: &args.picture, output, look };
     see("probe", &scene, sight, &files, common, times)
 }
 

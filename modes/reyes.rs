@@ -11,7 +11,8 @@ use crate::camera::{Camera, Shot};
 use crate::extent::{rounded, widened};
 use crate::point_cloud::{SeenPoint, seen_points};
 use crate::primary::{Aov, AovData, spread};
-use crate::shade::{CLAY, Look, background_of};
+use crate::scene::CLAY;
+use crate::shade::{Appearance, background_of};
 use crate::{Error, SurfaceScene};
 
 /// What each ray of a camera hits of surfaces on demand, with the rays.
@@ -124,7 +125,7 @@ impl SurfaceBuffer {
             let normal = widened(self.hits.normals()[k]);
             let normal = if normal.dot(viewer) < 0.0 { -normal } else { normal };
             let albedo = scene.colour(self.hits.ids()[k]).unwrap_or(CLAY);
-            Look { albedo, normal, viewer, up: camera.up, lamps: None }.colour()
+            Appearance { albedo, normal, viewer, up: camera.up, lamps: None }.colour()
         };
         let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
         spread(&self.shot, self.pixels, &values, &[0.0; 3])

@@ -1,7 +1,7 @@
 //! `umbel reyes`: what a camera sees of surfaces that are made on demand.
 
 use umbel::{
-    Error, LoadOptions, Scene, Stats, SurfaceOptions, load_surfaces, surface_preview, surface_view,
+    Error, LoadOptions, Look, Scene, Stats, SurfaceOptions, load_surfaces, surface_preview, surface_view,
     surface_visibility,
 };
 
@@ -60,7 +60,7 @@ pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
         _ => None,
     };
     bar.finish_and_clear();
-    let files = Files { args: &args.picture, output, lights: Vec::new() };
+    let files = Files { args: &args.picture, output, look: Look::default() };
     timed(&mut times.write, || Picture { shape, seen: &buffer }.write(&files, linear, &mut hash))?;
 
     if common.verbose {

@@ -11,9 +11,13 @@ use std::ops::Range;
 use umbel_core::{Aabb, TriangleId, Triangles};
 
 use crate::Error;
+use crate::optics::Optics;
 
 /// The index that stands for "this corner has no normal" or "no texture coordinate".
 pub const NO_INDEX: u32 = u32::MAX;
+
+/// The diffuse reflectance of what has no material.
+pub(crate) const CLAY: [f32; 3] = [0.72, 0.70, 0.66];
 
 /// A surface's look in the preview.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +26,8 @@ pub struct Material {
     pub name: String,
     /// Diffuse reflectance, linear, 0 to 1.
     pub diffuse: [f32; 3],
+    /// What is mirrored and let through, where that is followed.
+    pub optics: Optics,
 }
 
 /// A named run of consecutive triangles: an object or a group of the file.
@@ -98,5 +104,39 @@ impl Scene {
         let index = self.objects.partition_point(|object| object.triangles.end <= triangle);
         let object = self.objects.get(index)?;
         object.triangles.contains(&triangle).then_some(index)
+    }
+
+    /// The material of a triangle's object, or `None` where it has none. O(log objects).
+    #[must_use]
+    pub fn material_of(&self, triangle: u32) -> Option<&Material> {
+        let index = self.objects[self.object_of(triangle)?].material?;
+        self.materials.get(index as usize)
+    }
+
+    /// Gives optics to all objects that have this name, or whose material has it. Returns how many there are.
+    ///
+    /// Other objects of the same material keep theirs; objects without a material get one of their own name.
+    pub fn set_optics(&mut self, name: &str, optics: Optics) -> usize {
+        let mut copies: Vec<(Option<u32>, u32)> = Vec::new();
+        let mut count = 0;
+        for object in &mut self.objects {
+            let old = object.material.and_then(|index| self.materials.get(index as usize));
+            if object.name != name && old.is_none_or(|material| material.name != name) {
+                continue;
+            }
+            count += 1;
+            if let Some(&(_, copy)) = copies.iter().find(|(from, _)| *from == object.material) {
+                object.material = Some(copy);
+                continue;
+            }
+            let diffuse = old.map_or(CLAY, |material| material.diffuse);
+            let name = old.map_or(&object.name, |material| &material.name).clone();
+            // More materials than indices cannot be in memory.
+            let Ok(copy) = u32::try_from(self.materials.len()) else { continue };
+            self.materials.push(Material { name, diffuse, optics });
+            copies.push((object.material, copy));
+            object.material = Some(copy);
+        }
+        count
     }
 }

@@ -12,6 +12,7 @@ use umbel_core::{Hit, Ray, Triangles};
 use crate::Scene;
 use crate::camera::{Camera, Lens};
 use crate::lamps::Lamps;
+use crate::scene::CLAY;
 
 /// The light of the headlight: warm.
 const HEADLIGHT: [f64; 3] = [0.70, 0.66, 0.61];
@@ -19,8 +20,6 @@ const HEADLIGHT: [f64; 3] = [0.70, 0.66, 0.61];
 const DIMMED: f64 = 0.2;
 /// The light of the whole sky: cool.
 const SKY: [f64; 3] = [0.26, 0.32, 0.39];
-/// The albedo of what has no material.
-pub(crate) const CLAY: [f32; 3] = [0.72, 0.70, 0.66];
 /// The background at the upper and the lower edge, linear.
 const BACKGROUND: [[f32; 3]; 2] = [[0.52, 0.64, 0.78], [0.93, 0.95, 0.97]];
 
@@ -45,31 +44,20 @@ impl<'a> Shader<'a> {
         lamps: &Lamps<'_>,
     ) -> [f32; 3] {
         let viewer = -ray.direction.normalize_or_zero();
-        let flat = self.triangles.normal(hit.id);
-        let flat = if flat.dot(viewer) < 0.0 { -flat } else { flat };
-        let normal = self
-            .scene
-            .interpolated_normal(hit.id, || self.triangles.barycentrics(hit.id, ray))
-            .map_or(flat, |n| if n.dot(flat) < 0.0 { -n } else { n });
-        // Seen from behind its own surface, an interpolated normal says nothing.
-        let normal = if normal.dot(viewer) > 0.0 { normal } else { flat };
+        let [normal, _] = self.scene.normals_toward(self.triangles, ray, hit);
         let point = ray.origin + ray.direction * f64::from(hit.t);
         let lamps = (!lamps.is_empty()).then(|| lamps.light_at(index, point, normal));
-        Look { albedo: self.albedo(hit.id.0), normal, viewer, up, lamps }.colour()
+        Appearance { albedo: self.albedo(hit.id.0), normal, viewer, up, lamps }.colour()
     }
 
     /// The diffuse colour of a triangle's material.
     fn albedo(&self, triangle: u32) -> [f32; 3] {
-        let object = self.scene.object_of(triangle).map(|index| &self.scene.objects[index]);
-        let material = object.and_then(|object| object.material);
-        material
-            .and_then(|index| self.scene.materials.get(index as usize))
-            .map_or(CLAY, |material| material.diffuse)
+        self.scene.material_of(triangle).map_or(CLAY, |material| material.diffuse)
     }
 }
 
 /// What a surface looks like.
-pub(crate) struct Look {
+pub(crate) struct Appearance {
     pub(crate) albedo: [f32; 3],
     /// Of unit length, on the viewer's side.
     pub(crate) normal: DVec3,
@@ -80,7 +68,7 @@ pub(crate) struct Look {
     pub(crate) lamps: Option<[f64; 3]>,
 }
 
-impl Look {
+impl Appearance {
     /// The linear colour.
     pub(crate) fn colour(&self) -> [f32; 3] {
         let headlight = self.normal.dot(self.viewer).max(0.0);
@@ -98,11 +86,15 @@ pub(crate) fn background_of(camera: &Camera, ray_index: usize, ray: &Ray) -> [f3
         return background((ray_index / width) as f32 / rows as f32);
     }
     // All around, the sky is where the ray points.
-    let up = camera.up.normalize_or_zero();
-    background((0.5 - 0.5 * ray.direction.normalize_or_zero().dot(up)) as f32)
+    background_toward(ray.direction, camera.up)
 }
 
 /// The background from 0 (above) to 1 (below).
 fn background(height: f32) -> [f32; 3] {
     [0, 1, 2].map(|k| BACKGROUND[0][k] + (BACKGROUND[1][k] - BACKGROUND[0][k]) * height)
+}
+
+/// The background in a direction: the sky is all around. `up` is up in the picture.
+pub(crate) fn background_toward(direction: DVec3, up: DVec3) -> [f32; 3] {
+    background((0.5 - 0.5 * direction.normalize_or_zero().dot(up.normalize_or_zero())) as f32)
 }

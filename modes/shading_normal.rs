@@ -6,7 +6,7 @@
 //! Based on: Bui Tuong Phong, "Illumination for Computer Generated Pictures", 1975.
 
 use glam::DVec3;
-use umbel_core::{TriangleId, Triangles};
+use umbel_core::{Hit, Ray, TriangleId, Triangles};
 
 use crate::scene::{NO_INDEX, Scene};
 
@@ -23,6 +23,18 @@ impl Scene {
     #[must_use]
     pub fn shading_normal(&self, geometry: &Triangles<'_>, id: TriangleId, weights: [f64; 3]) -> DVec3 {
         self.interpolated_normal(id, || weights).unwrap_or_else(|| geometry.normal(id))
+    }
+
+    /// The shading normal and the triangle's own where a ray hits, both turned to where the ray comes from.
+    pub(crate) fn normals_toward(&self, geometry: &Triangles<'_>, ray: &Ray, hit: &Hit) -> [DVec3; 2] {
+        let viewer = -ray.direction.normalize_or_zero();
+        let flat = geometry.normal(hit.id);
+        let flat = if flat.dot(viewer) < 0.0 { -flat } else { flat };
+        let normal = self
+            .interpolated_normal(hit.id, || geometry.barycentrics(hit.id, ray))
+            .map_or(flat, |n| if n.dot(flat) < 0.0 { -n } else { n });
+        // Seen from behind its own surface, an interpolated normal says nothing.
+        [if normal.dot(viewer) > 0.0 { normal } else { flat }, flat]
     }
 
     /// The file's normals at the corners, weighted; `None` where it has none or where they cancel. Weights are made on demand.

@@ -14,7 +14,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use umbel_core::{
-    Frame, Hits, NO_TRIANGLE, Options, Origin, Pencil, Receiver, Side, TriangleId, Triangles, closest_hit,
+    Frame, Hits, NO_TRIANGLE, Options, Origin, Pencil, Ray, Receiver, Side, TriangleId, Triangles,
+    closest_hit,
 };
 
 use crate::camera::{Camera, Shot, on_origin_grid};
@@ -65,13 +66,23 @@ pub fn receivers(
     hits: &Hits,
     lights: &[Origin],
 ) -> Result<Vec<Receivers>, Error> {
+    receivers_of(triangles, &|ray| pencil.ray(ray), hits, lights)
+}
+
+/// The same for the hits of any rays, each given by its index.
+pub(crate) fn receivers_of(
+    triangles: &Triangles<'_>,
+    ray: &(dyn Fn(usize) -> Ray + Sync),
+    hits: &Hits,
+    lights: &[Origin],
+) -> Result<Vec<Receivers>, Error> {
     for &light in lights {
         Pencil::new(light, Vec::new())?;
     }
     let none = || vec![Receivers::default(); lights.len()];
     let of_ray = |found: &mut [Receivers], ray_id: u32| {
         let Some(hit) = hits.get(ray_id as usize) else { return };
-        let (triangle, ray) = (hit.id, pencil.ray(ray_id as usize));
+        let (triangle, ray) = (hit.id, ray(ray_id as usize));
         // A ray that hits a triangle is never parallel to it.
         let Some(side) = triangles.side_toward(triangle, -ray.direction) else { return };
         let mut start = None;
@@ -84,8 +95,8 @@ pub fn receivers(
             }
         }
     };
-    // In range: a pencil has fewer than 2³² rays.
-    let parts = (0..pencil.len() as u32).into_par_iter().fold(none, |mut found, ray| {
+    // In range: a query has fewer than 2³² rays.
+    let parts = (0..hits.len() as u32).into_par_iter().fold(none, |mut found, ray| {
         of_ray(&mut found, ray);
         found
     });

@@ -254,7 +254,7 @@ fn a_malformed_library_is_a_warning() {
     assert_eq!(scene.materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), uses);
     let diffuse: Vec<_> = scene.materials.iter().map(|m| m.diffuse).collect();
     assert_eq!(diffuse, [[0.5; 3], [0.8; 3], [1.0, 0.0, 0.25], [0.8; 3]]);
-    assert_eq!(scene.warnings.len(), 3, "{:?}", scene.warnings);
+    assert_eq!(scene.warnings.len(), 4, "{:?}", scene.warnings);
     assert_warned(&scene, &["a.mtl:2:", "newmtl"]);
     assert_warned(&scene, &["a.mtl:8:", "Kd 1 x 0"]);
     // A library that is no text, or no file.
