@@ -20,6 +20,7 @@
 //! node); Alexander Reshetov, Alexei Soupikov, Jim Hurley, "Multi-Level Ray Tracing Algorithm", 2005 (one bound for many rays).
 
 use std::mem::size_of;
+use std::ops::Range;
 
 use fearless_simd::{Level, dispatch, prelude::*};
 use rayon::prelude::*;
@@ -35,48 +36,81 @@ use crate::shaft::Shaft;
 use crate::{Hits, Stats, Triangles};
 
 /// The most rays of a window: indices of a list fit u16.
-const WINDOW: usize = 1 << 13;
+pub(crate) const WINDOW: usize = 1 << 13;
 /// The fewest rays for which a thread is worth its while.
 const FEWEST: usize = 1 << 10;
 /// Octants of directions.
 const OCTANTS: usize = 8;
 
+/// Triangles, ready for rays.
+#[derive(Debug)]
+pub(crate) struct Objects<'a> {
+    triangles: &'a Triangles<'a>,
+    groups: Groups,
+    space: CullingSpace,
+    level: Level,
+}
+
+impl<'a> Objects<'a> {
+    /// Divides triangles into groups. `None` where numbers are too large or too small for culling in f32.
+    pub(crate) fn new(triangles: &'a Triangles<'a>, level: Level) -> Option<Self> {
+        let space = CullingSpace::over(&triangles.position_bounds())?;
+        Some(Self { triangles, groups: Groups::new(triangles, &space, level), space, level })
+    }
+
+    /// Finds the nearest, or any, hit of each ray. `None` if a ray begins too far away for culling in f32.
+    pub(crate) fn intersect(&self, probes: Probes<'_>, any: bool, hits: &mut Hits) -> Option<Stats> {
+        let query = Query { objects: self, probes, any };
+        let threads = rayon::current_num_threads();
+        let window = (probes.len() / (threads * 4)).clamp(FEWEST, WINDOW);
+        let windows = hits.ids.par_chunks_mut(window).zip(hits.ts.par_chunks_mut(window)).enumerate();
+        let of_window = |work: &mut Workspace, (index, (ids, ts)): (usize, (&mut [u32], &mut [f32]))| {
+            // In range: there are fewer than 2³² rays.
+            let first = (index * window) as u32;
+            let stats = work.intersect(&query, first..first + ids.len() as u32)?;
+            work.write(&query, first, ids, ts);
+            Some(stats)
+        };
+        let stats = windows.map_init(Workspace::default, of_window);
+        let stats = stats.try_reduce(Stats::default, |one, other| Some(one.plus(other)))?;
+        let workspaces = threads.min(probes.len().div_ceil(window)) * self.workspace_bytes(window);
+        Some(Stats { engine_bytes: (self.bytes() + workspaces) as u64, ..stats })
+    }
+
+    /// Finds any hit of the rays of one window, at most [`WINDOW`], and tells those that hit something.
+    pub(crate) fn any_of_window(
+        &self,
+        work: &mut Workspace,
+        probes: Probes<'_>,
+        mut hit: impl FnMut(u32),
+    ) -> Option<Stats> {
+        let query = Query { objects: self, probes, any: true };
+        // In range: a window is small.
+        let stats = work.intersect(&query, 0..probes.len() as u32)?;
+        let rays = work.rays.iter().zip(&work.found);
+        rays.filter(|(_, found)| found.nearest.is_hit()).for_each(|(ray, _)| hit(ray.probe));
+        Some(stats)
+    }
+
+    /// Bytes of the objects.
+    pub(crate) fn bytes(&self) -> usize {
+        self.groups.bytes()
+    }
+
+    /// Bytes that a thread needs for windows of so many rays.
+    pub(crate) fn workspace_bytes(&self, rays: usize) -> usize {
+        // Twice while they are sorted by octant.
+        let sorting = 2 * (size_of::<CulledRay>() + size_of::<Found>());
+        rays * (sorting + lists_for(&self.groups) * size_of::<u16>())
+    }
+}
+
 /// The query that all windows share.
 #[derive(Clone, Copy)]
 struct Query<'a> {
-    triangles: &'a Triangles<'a>,
+    objects: &'a Objects<'a>,
     probes: Probes<'a>,
-    groups: &'a Groups,
-    space: CullingSpace,
-    level: Level,
     any: bool,
-}
-
-/// Finds the nearest, or any, hit of each ray. `None` where numbers are too large or too small for culling in f32.
-pub(crate) fn intersect(
-    triangles: &Triangles<'_>,
-    probes: Probes<'_>,
-    (level, any): (Level, bool),
-    hits: &mut Hits,
-) -> Option<Stats> {
-    let space = CullingSpace::over(&triangles.position_bounds())?;
-    let groups = &Groups::new(triangles, &space, level);
-    let query = Query { triangles, probes, groups, space, level, any };
-    let threads = rayon::current_num_threads();
-    let window = (probes.len() / (threads * 4)).clamp(FEWEST, WINDOW);
-    let windows = hits.ids.par_chunks_mut(window).zip(hits.ts.par_chunks_mut(window)).enumerate();
-    let of_window = |work: &mut Workspace, (index, (ids, ts)): (usize, (&mut [u32], &mut [f32]))| {
-        // In range: there are fewer than 2³² rays.
-        let first = (index * window) as u32;
-        work.intersect(&query, first..first + ids.len() as u32)?;
-        work.write(&query, first, ids, ts);
-        Some(work.stats)
-    };
-    let stats = windows.map_init(Workspace::default, of_window);
-    let stats = stats.try_reduce(Stats::default, |one, other| Some(one.plus(other)))?;
-    let workspaces = threads.min(probes.len().div_ceil(window)) * Workspace::bytes(window, groups);
-    let bytes = groups.bytes() + workspaces;
-    Some(Stats { engine_bytes: bytes as u64, ..stats })
 }
 
 /// Places of lists for each ray: at each level the list of each of eight boxes could hold all rays.
@@ -93,7 +127,7 @@ struct Found {
 
 /// What a thread keeps of a window.
 #[derive(Debug, Default)]
-struct Workspace {
+pub(crate) struct Workspace {
     rays: Vec<CulledRay>,
     /// Of each ray.
     found: Vec<Found>,
@@ -103,18 +137,11 @@ struct Workspace {
 }
 
 impl Workspace {
-    /// Bytes for the rays of a window.
-    fn bytes(rays: usize, groups: &Groups) -> usize {
-        // Twice while they are sorted by octant.
-        let sorting = 2 * (size_of::<CulledRay>() + size_of::<Found>());
-        rays * (sorting + lists_for(groups) * size_of::<u16>())
-    }
-
     /// Finds the hits of a window. `None` if a ray begins too far away.
-    fn intersect(&mut self, query: &Query<'_>, probes: std::ops::Range<u32>) -> Option<()> {
+    fn intersect(&mut self, query: &Query<'_>, probes: Range<u32>) -> Option<Stats> {
         self.stats = Stats::default();
         let ends = self.cut(query, probes)?;
-        self.lists.resize((self.rays.len() * lists_for(query.groups)).max(self.lists.len()), 0);
+        self.lists.resize((self.rays.len() * lists_for(&query.objects.groups)).max(self.lists.len()), 0);
         let mut first = 0;
         for (octant, end) in ends.into_iter().enumerate() {
             if first < end {
@@ -122,16 +149,16 @@ impl Workspace {
             }
             first = end;
         }
-        Some(())
+        Some(self.stats)
     }
 
     /// Cuts rays to the scene and sorts them by octant. Returns where each octant ends.
-    fn cut(&mut self, query: &Query<'_>, probes: std::ops::Range<u32>) -> Option<[usize; OCTANTS]> {
+    fn cut(&mut self, query: &Query<'_>, probes: Range<u32>) -> Option<[usize; OCTANTS]> {
         let mut cut = Vec::with_capacity(probes.len());
         let mut counts = [0; OCTANTS];
         for probe in probes {
             let ray = query.probes.ray(probe);
-            match query.space.cut(&ray, probe) {
+            match query.objects.space.cut(&ray, probe) {
                 Cut::Outside => {}
                 Cut::Far => return None,
                 Cut::Ray(culled, parameter) => {
@@ -172,7 +199,7 @@ impl Workspace {
         // In range: a window has at most 2¹⁶ rays.
         let (list, free) = lists.split_at_mut(end - first);
         (0..).zip(&mut *list).for_each(|(ray, place)| *place = ray);
-        bundle.descend(query.groups.root(), list, free);
+        bundle.descend(query.objects.groups.root(), list, free);
     }
 
     /// Writes the hits of a window.
@@ -182,7 +209,7 @@ impl Workspace {
                 let place = (ray.probe - first) as usize;
                 ids[place] = nearest.id;
                 if !query.any {
-                    let triangle = query.triangles.triangle(nearest.id);
+                    let triangle = query.objects.triangles.triangle(nearest.id);
                     ts[place] = Distance::new(&ray.ray, &triangle).rounded();
                 }
             }
@@ -203,16 +230,16 @@ struct Bundle<'a> {
 impl Bundle<'_> {
     /// One step of the recursion: a list of rays, and a node that they may meet. Further lists go to where is free.
     fn descend(&mut self, node: Node, list: &[u16], free: &mut [u16]) {
-        let Some(boxes) = self.query.groups.boxes(node) else { return };
+        let Some(boxes) = self.query.objects.groups.boxes(node) else { return };
         self.stats.nodes += 1;
         let (lists, free) = free.split_at_mut(list.len() * LANES);
-        let counts = dispatch!(self.query.level, simd => self.distribute(simd, boxes, list, lists));
+        let counts = dispatch!(self.query.objects.level, simd => self.distribute(simd, boxes, list, lists));
         let (near_first, kept) = self.shaft.near_first(boxes, &counts);
         for &lane in &near_first[..kept] {
             let child = node.child(lane);
             let list = &lists[lane * list.len()..][..counts[lane]];
             match child.leaf() {
-                Some(group) => dispatch!(self.query.level, simd => self.leaf(simd, group, list)),
+                Some(group) => dispatch!(self.query.objects.level, simd => self.leaf(simd, group, list)),
                 None => self.descend(child, list, free),
             }
         }
@@ -248,10 +275,11 @@ impl Bundle<'_> {
     /// "DirectlyIntersect": a group of triangles against the rays of a list.
     #[inline(always)]
     fn leaf<S: Simd>(&mut self, simd: S, group: usize, list: &[u16]) {
-        let Query { triangles, probes, groups, space, any, .. } = *self.query;
+        let Query { objects, probes, any } = *self.query;
+        let Objects { triangles, groups, space, .. } = objects;
         let ids = groups.ids(group);
         self.stats.triangles_set_up += ids.len() as u64;
-        let set_up = RunTriangles::new(simd, triangles, &space, ids);
+        let set_up = RunTriangles::new(simd, triangles, space, ids);
         for &ray in list {
             let ray = ray as usize;
             let culled = &mut self.rays[ray];

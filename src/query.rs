@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use fearless_simd::Level;
 use rayon::prelude::*;
 
-use crate::bundles;
+use crate::bundles::Objects;
 use crate::general;
 use crate::hits::NO_TRIANGLE;
 use crate::probes::Probes;
@@ -140,12 +140,16 @@ pub(crate) fn run_open_rays(
             let found = if hemispheres::are_in_range(&runs, occlusion) {
                 Ok(hemispheres::open_rays(triangles, occlusion, samples, &runs, how))
             } else {
-                ambient::by_ray(triangles, occlusion)
+                ambient::by_ray(triangles, occlusion, None)
             };
             frame.order = Some(runs.into_order());
             found
         }
-        _ => ambient::by_ray(triangles, occlusion),
+        (Path::Pencil, RaySamples::Own { .. }) => {
+            let objects = Objects::new(triangles, level);
+            ambient::by_ray(triangles, occlusion, objects.as_ref())
+        }
+        (Path::General, _) => ambient::by_ray(triangles, occlusion, None),
     })??;
     Ok((OpenRays::new(occlusion.samples.count(), words), stats))
 }
@@ -193,7 +197,8 @@ fn in_bundles(
     (level, any): (Level, bool),
     frame: &mut Frame,
 ) -> Stats {
-    let found = bundles::intersect(triangles, probes, (level, any), &mut frame.hits);
+    let objects = Objects::new(triangles, level);
+    let found = objects.and_then(|objects| objects.intersect(probes, any, &mut frame.hits));
     found.unwrap_or_else(|| {
         frame.hits = Hits::missed(probes.len());
         general::intersect(triangles, probes, any, &mut frame.hits)
