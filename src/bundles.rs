@@ -3,17 +3,22 @@
 //! ```text
 //! for each window of consecutive rays, in parallel:
 //!     cut the rays to the scene; sort them by the octant of their direction
-//!     for each octant: descend(rays, all runs)
+//!     for each octant: descend(rays, all objects)
 //!
 //! descend(rays, objects):
 //!     keep the parts of the objects, eight, that the shaft of the rays may meet
-//!     ask each ray which of these it may meet
-//!     for each part, near ones first: descend(rays that may meet it, part); a run is a leaf
+//!     ask each ray which of these it may meet, and list it there
+//!     for each part, near ones first: descend(its list, part); a group of eight triangles is a leaf
 //! ```
 //!
 //! A window has thousands of rays, so that what is prepared for a part, boxes and triangles, serves many. The lists of rays
 //! are indices on a stack; nothing of the recursion is stored. All rays of a list have one octant: for them the planes of a box
 //! that come first are the same, and so is the order of the parts.
+//!
+//! Measured with 2 million diffuse-bounce rays: with the runs of [`crate::runs`] a ray asked 47 nodes and was tested with 48 times eight
+//! triangles (sponza), 16 and 16 (koala); with [`crate::cost_groups`] it is 18 and 5, 8 and 2.5. A ray goes on into 1.3 of a
+//! node's eight parts, so it is put on their lists at once: looking through all rays for each part took a quarter of all
+//! instructions. Windows of 2¹³ rays take a fifth less time than ones of 2¹⁶: they stay in the cache.
 //!
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
 //! 2011, Algorithm 1; Rasmus Barringer and Tomas Akenine-Möller, "Dynamic Ray Stream Traversal", 2014 (lists of rays per

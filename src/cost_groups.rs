@@ -293,3 +293,61 @@ fn area(bounds: &Aabb) -> f32 {
     let [x, y, z] = [0, 1, 2].map(|k| bounds.hi[k] - bounds.lo[k]);
     if x < 0.0 { 0.0 } else { x * y + y * z + z * x }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Isa;
+
+    /// Small triangles at places of a sequence, and a few that are as large as all of them.
+    fn scattered(count: u16, step: f32) -> Vec<[f32; 3]> {
+        let corner = |i: u16, k: u16| {
+            let place = |m: u16| f32::from(i * m % 101) * step;
+            let size = if i % 50 == 0 { 60.0 } else { 0.5 };
+            [place(37) + f32::from(k) * size, place(17) + f32::from(k * k) * size, place(5)]
+        };
+        (0..count).flat_map(|i| (0..3).map(move |k| corner(i, k))).collect()
+    }
+
+    fn check(positions: &[[f32; 3]]) {
+        let indices: Vec<[u32; 3]> =
+            (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let triangles = Triangles::new(positions, &indices).expect("valid triangles");
+        let space = CullingSpace::over(&triangles.position_bounds()).expect("a space");
+        let groups = Groups::new(&triangles, &space, Isa::Auto.level().expect("every machine has one"));
+        let mut seen = vec![0; triangles.len()];
+        let mut nodes = vec![(groups.root(), Aabb { lo: [-1.0; 3], hi: [1.0; 3] })];
+        while let Some((node, around)) = nodes.pop() {
+            let Some(boxes) = groups.boxes(node) else { continue };
+            for lane in 0..LANES {
+                let bounds = boxes.get(lane);
+                assert!(bounds.is_empty() || bounds.union(around) == around, "{bounds:?} in {around:?}");
+                match node.child(lane).leaf() {
+                    Some(group) if (group + 1) * FANOUT <= groups.places.len() => {
+                        for &id in groups.ids(group) {
+                            seen[id as usize] += 1;
+                            let own = space.aabb(&triangles.bounds(id));
+                            assert_eq!(own.union(bounds), bounds, "triangle {id}");
+                        }
+                    }
+                    Some(_) => assert!(bounds.is_empty()),
+                    None => nodes.push((node.child(lane), if bounds.is_empty() { around } else { bounds })),
+                }
+            }
+        }
+        assert!(seen.iter().all(|&count| count == 1), "each triangle stands in one group");
+    }
+
+    #[test]
+    fn every_triangle_stands_in_one_group_and_all_boxes_around_it() {
+        for count in [1, 8, 9, 64, 65, 999, 5000] {
+            check(&scattered(count, 1.0));
+        }
+    }
+
+    #[test]
+    fn triangles_at_one_place_are_divided_by_number() {
+        check(&scattered(1000, 0.0));
+        check(&vec![[1.0, 2.0, 3.0]; 3 * 300]);
+    }
+}

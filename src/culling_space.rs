@@ -188,3 +188,53 @@ pub(crate) fn planes<S: Simd>(simd: S, boxes: &Boxes, octant: usize) -> [[Narrow
     }
     [near, far]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Isa;
+    use fearless_simd::dispatch;
+
+    /// Numbers in [0, 1), the same in every run.
+    fn numbers() -> impl FnMut() -> f64 {
+        let mut state = 1_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        }
+    }
+
+    #[test]
+    fn no_box_that_a_ray_meets_is_dropped() {
+        let level = Isa::Auto.level().expect("every machine has one");
+        let mut next = numbers();
+        for scale in [1e-20_f32, 1e-3, 1.0, 1e7, 1e20] {
+            let bounds = Aabb { lo: [-3.0 * scale, 5.0 * scale, 0.0], hi: [scale, 6.0 * scale, 0.5 * scale] };
+            let space = CullingSpace::over(&bounds).expect("a space");
+            for _ in 0..20_000 {
+                // A point of the scene, with a box that begins or ends in it, and a ray through it from anywhere.
+                let [x, y, z] =
+                    [0, 1, 2].map(|k| bounds.lo[k] + (bounds.hi[k] - bounds.lo[k]) * next() as f32);
+                let size = scale * (next() as f32).powi(20);
+                let ends = [x, y, z].map(|p| if next() < 0.5 { [p, p + size] } else { [p - size, p] });
+                let point = DVec3::new(f64::from(x), f64::from(y), f64::from(z));
+                let mut direction = DVec3::new(next() - 0.5, next() - 0.5, next() - 0.5);
+                for k in 0..3 {
+                    direction[k] *= if next() < 0.2 { 0.0 } else { 1.0 };
+                }
+                if direction == DVec3::ZERO {
+                    continue;
+                }
+                let start = point - direction * (f64::from(scale) * 10.0 * next().powi(4));
+                let Cut::Ray(ray, _) = space.cut(&Ray::new(start, direction), 0) else {
+                    panic!("{start} {direction} misses the scene")
+                };
+                let mut boxes = Boxes::EMPTY;
+                let aabb = Aabb { lo: ends.map(|end| end[0]), hi: ends.map(|end| end[1]) };
+                boxes.set(3, &space.aabb(&aabb));
+                let met = dispatch!(level, simd => ray.meets(&planes(simd, &boxes, ray.octant())));
+                assert_eq!(met, 1 << 3, "{start} {direction} {aabb:?}");
+            }
+        }
+    }
+}

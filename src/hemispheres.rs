@@ -4,8 +4,10 @@
 //! sample is one parallel pencil over all packets, see [`crate::direction_cells`]. By origin, a packet's rays along all samples are
 //! followed together, see [`crate::packet_pencils`].
 //!
-//! By direction takes less time wherever it was measured, for two thousand receivers (half) as for a million (a tenth): koala, sponza, chess,
-//! 64 rays. So [`Grouping::Auto`] takes it.
+//! By direction takes less time than by origin wherever it was measured, for two thousand receivers (half) as for a million (a tenth):
+//! koala, sponza, chess, 64 rays. But each direction looks at every triangle, so few receivers go in bundles, see
+//! [`crate::ambient`]: 20 thousand took 1.0 (koala), 0.5 (sponza) and 0.4 (chess) of the time by direction, with 5, 3 and 9
+//! triangles per receiver. A million take several times as long in bundles. [`Grouping::Auto`] takes what is faster.
 //!
 //! Tried and dropped: following the first part of each ray by origin, since much of the work lies near the surface, and the rest by
 //! direction. Samples tested fell to a half (koala), but no time was gained for a part as long as the packet, and for twice that a
@@ -38,6 +40,14 @@ use crate::{Aabb, Accuracy, Stats, Triangles};
 const REACH_SLACK: f64 = 1.0 / (1 << 18) as f64;
 /// Coordinates up to here are compared in f32.
 const GREATEST: f32 = 1e30;
+
+/// Triangles per receiver from which on bundles are faster.
+const FEW: usize = 3;
+
+/// Whether receivers are so few, compared with triangles, that their rays are better followed in bundles.
+pub(crate) fn are_few(triangles: &Triangles<'_>, occlusion: &Occlusion<'_>) -> bool {
+    occlusion.grouping == Grouping::Auto && occlusion.hemispheres.len() <= triangles.len() / FEW
+}
 
 /// What all clusters share.
 #[derive(Clone, Copy)]

@@ -59,10 +59,14 @@ pub fn blocked(
     segments: &[Segment],
     options: &Options,
 ) -> Result<(Vec<bool>, Stats), Error> {
-    check_call(segments.len(), options)?;
+    let level = check_call(segments.len(), options)?;
     segments.iter().try_for_each(Segment::check)?;
     let mut hits = Hits::missed(segments.len());
-    let stats = in_pool(|| general::intersect(triangles, Probes::Segments(segments), true, &mut hits))?;
+    let probes = Probes::Segments(segments);
+    let stats = in_pool(|| match options.path {
+        Path::Pencil => in_bundles(triangles, probes, (level, true), &mut hits),
+        Path::General => general::intersect(triangles, probes, true, &mut hits),
+    })?;
     Ok((hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats))
 }
 
@@ -111,7 +115,8 @@ pub(crate) fn run_shadowed(
 ///
 /// Receivers may come in any order. Time about O(p log p + k(n + p)) for n triangles, p receivers and k shared samples. Memory
 /// beside the answer: about 60 bytes per receiver, 36 per triangle, and per thread 48 for each triangle that may matter, see
-/// [`Stats::engine_bytes`]. Rays that receivers do not share take the general path, which is slow.
+/// [`Stats::engine_bytes`]. Rays that receivers do not share, and those of few receivers, go in bundles, as [`closest_hit`]'s
+/// arbitrary rays do.
 ///
 /// # Errors
 /// When a receiver or a sample is out of range, there are too many receivers, directions are not common as the grouping
@@ -134,7 +139,7 @@ pub(crate) fn run_open_rays(
     let level = check_call(occlusion.hemispheres.len(), options)?;
     occlusion.check(triangles)?;
     let (words, stats) = in_pool(|| match (options.path, occlusion.samples) {
-        (Path::Pencil, RaySamples::Shared(samples)) => {
+        (Path::Pencil, RaySamples::Shared(samples)) if !hemispheres::are_few(triangles, occlusion) => {
             let runs = Runs::new(triangles, level, frame.order.take());
             let how = (options.accuracy, level);
             let found = if hemispheres::are_in_range(&runs, occlusion) {
@@ -145,7 +150,7 @@ pub(crate) fn run_open_rays(
             frame.order = Some(runs.into_order());
             found
         }
-        (Path::Pencil, RaySamples::Own { .. }) => {
+        (Path::Pencil, _) => {
             let objects = Objects::new(triangles, level);
             ambient::by_ray(triangles, occlusion, objects.as_ref())
         }
@@ -183,7 +188,7 @@ pub(crate) fn run(
             (frame.hits, frame.tiles) = (Hits::missed(rays.len()), Vec::new());
             let probes = Probes::Rays(rays);
             match path {
-                Path::Pencil => in_bundles(triangles, probes, (level, any), frame),
+                Path::Pencil => in_bundles(triangles, probes, (level, any), &mut frame.hits),
                 Path::General => general::intersect(triangles, probes, any, &mut frame.hits),
             }
         }
@@ -195,13 +200,13 @@ fn in_bundles(
     triangles: &Triangles<'_>,
     probes: Probes<'_>,
     (level, any): (Level, bool),
-    frame: &mut Frame,
+    hits: &mut Hits,
 ) -> Stats {
     let objects = Objects::new(triangles, level);
-    let found = objects.and_then(|objects| objects.intersect(probes, any, &mut frame.hits));
+    let found = objects.and_then(|objects| objects.intersect(probes, any, hits));
     found.unwrap_or_else(|| {
-        frame.hits = Hits::missed(probes.len());
-        general::intersect(triangles, probes, any, &mut frame.hits)
+        *hits = Hits::missed(probes.len());
+        general::intersect(triangles, probes, any, hits)
     })
 }
 
