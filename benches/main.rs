@@ -32,9 +32,11 @@ mod plot;
 mod primary;
 mod reference;
 mod report;
+mod reyes;
 mod rounds;
 mod shadow;
 mod shadow_rays;
+mod sheets;
 mod subject;
 mod surface_points;
 mod table;
@@ -92,6 +94,7 @@ fn run(cli: &cli::Cli) -> Result<()> {
         cli::Command::Ambient(args) => ambient::run(args, &cli.common),
         cli::Command::Bounce(args) => bounce::run(args, &cli.common),
         cli::Command::Error(args) => error::run(args, &cli.common),
+        cli::Command::Reyes(args) => reyes::run(args, &cli.common),
         cli::Command::Leaks(args) => leaks::run(args, &cli.common),
         cli::Command::Cliffs(args) => cliffs::run(args),
     }
