@@ -12,7 +12,7 @@
 //! Based on: Ken Perlin, "An Image Synthesizer", 1985 and "Improving Noise", 2002 (lattices, hashes, w); Wolfgang Heidrich, Philipp
 //! Slusallek and Hans-Peter Seidel, "Sampling Procedural Shaders Using Affine Arithmetic", 1998 (ranges of procedures over boxes).
 
-use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 
 use crate::extent::Extent;
@@ -108,10 +108,7 @@ impl Noise {
                 }
             }
         }
-        let [a, b, c, d, e, f, g, h] = values;
-        let near = lerp(lerp(a, b, w[0]), lerp(c, d, w[0]), w[1]);
-        let far = lerp(lerp(e, f, w[0]), lerp(g, h, w[0]), w[1]);
-        lerp(near, far, w[2])
+        blend_lanes(values, w)
     }
 
     /// The noise at a point, in [0, 1].
@@ -185,16 +182,35 @@ impl Noise {
                 for x in cells(0) {
                     let cell = DVec3::new(x, y, z);
                     let (from, to) = (lo.max(cell) - cell, hi.min(cell + 1.0) - cell);
-                    let values = self.values(octave, cell);
-                    for corner in 0..8 {
-                        let pick = |k: usize| if corner >> k & 1 == 0 { from[k] } else { to[k] };
-                        let value = blend(&values, DVec3::new(pick(0), pick(1), pick(2)));
+                    let found = dispatch!(Level::new(), simd => self.corners(simd, octave, cell, [from, to]));
+                    for value in found {
                         range = [range[0].min(value), range[1].max(value)];
                     }
                 }
             }
         }
         [range[0] - ROUNDING, range[1] + ROUNDING]
+    }
+
+    /// One octave at the corners of a box within a cell.
+    #[inline(always)]
+    fn corners<S: Simd>(&self, simd: S, octave: u32, cell: DVec3, [from, to]: [DVec3; 2]) -> [f64; 8] {
+        let mut places = [[0.0; 8]; 3];
+        for (k, places) in places.iter_mut().enumerate() {
+            for (corner, place) in places.iter_mut().enumerate() {
+                *place = if corner >> k & 1 == 0 { from[k] } else { to[k] };
+            }
+        }
+        let [x, y, z] = places;
+        let mut w = [Lanes::load_array(simd, x), Lanes::load_array(simd, y), Lanes::load_array(simd, z)];
+        for w in &mut w {
+            *w = weight_lanes(*w);
+        }
+        let mut values = [w[0]; 8];
+        for (values, corner) in values.iter_mut().zip(self.values(octave, cell)) {
+            *values = Lanes::splat(simd, corner);
+        }
+        *blend_lanes(values, w).as_array()
     }
 }
 
@@ -205,6 +221,14 @@ fn blend(values: &[f64; 8], place: DVec3) -> f64 {
     let row = |k: usize| lerp(values[k], values[k + 1], w[0]);
     let sheet = |k: usize| lerp(row(k), row(k + 2), w[1]);
     lerp(sheet(0), sheet(4), w[2])
+}
+
+/// The same for eight places at a time, given by their weights.
+#[inline(always)]
+fn blend_lanes<S: Simd>([a, b, c, d, e, f, g, h]: [Lanes<S>; 8], w: [Lanes<S>; 3]) -> Lanes<S> {
+    let near = lerp(lerp(a, b, w[0]), lerp(c, d, w[0]), w[1]);
+    let far = lerp(lerp(e, f, w[0]), lerp(g, h, w[0]), w[1]);
+    lerp(near, far, w[2])
 }
 
 /// The weight of the farther lattice point, from 0 to 1.

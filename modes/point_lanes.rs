@@ -32,16 +32,27 @@ pub(crate) fn map_points(map: &mut impl LaneMap, parameters: &[[f64; 2]], points
 
 #[inline(always)]
 fn map_all<S: Simd>(simd: S, map: &mut impl LaneMap, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
-    points.reserve(parameters.len());
-    for some in parameters.chunks(LANES) {
-        let [mut u, mut v] = [[some[0][0]; LANES], [some[0][1]; LANES]];
-        for (lane, parameters) in some.iter().enumerate() {
-            [u[lane], v[lane]] = *parameters;
-        }
-        let found = map.points(simd, [Lanes::load_array(simd, u), Lanes::load_array(simd, v)]);
-        let eight = rounded_lanes(found);
-        points.extend_from_slice(&eight[..some.len()]);
+    let first = points.len();
+    points.resize(first + parameters.len(), [0.0; 3]);
+    let (some, rest) = parameters.as_chunks::<LANES>();
+    let (to, to_rest) = points[first..].as_chunks_mut::<LANES>();
+    for (some, to) in some.iter().zip(to) {
+        *to = map_eight(simd, map, some);
     }
+    if let Some(&last) = rest.last() {
+        let mut eight = [last; LANES];
+        eight[..rest.len()].copy_from_slice(rest);
+        to_rest.copy_from_slice(&map_eight(simd, map, &eight)[..rest.len()]);
+    }
+}
+
+#[inline(always)]
+fn map_eight<S: Simd>(simd: S, map: &mut impl LaneMap, parameters: &[[f64; 2]; LANES]) -> [[f32; 3]; LANES] {
+    let [mut u, mut v] = [[0.0; LANES]; 2];
+    for (lane, parameters) in parameters.iter().enumerate() {
+        [u[lane], v[lane]] = *parameters;
+    }
+    rounded_lanes(map.points(simd, [Lanes::load_array(simd, u), Lanes::load_array(simd, v)]))
 }
 
 /// Points as the engine takes them: `extent::rounded`, eight at a time.
