@@ -33,6 +33,7 @@ mod primary;
 mod reference;
 mod report;
 mod reyes;
+mod reyes_growth;
 mod rounds;
 mod shadow;
 mod shadow_rays;
@@ -95,6 +96,7 @@ fn run(cli: &cli::Cli) -> Result<()> {
         cli::Command::Bounce(args) => bounce::run(args, &cli.common),
         cli::Command::Error(args) => error::run(args, &cli.common),
         cli::Command::Reyes(args) => reyes::run(args, &cli.common),
+        cli::Command::ReyesGrowth(args) => reyes_growth::run(args),
         cli::Command::Leaks(args) => leaks::run(args, &cli.common),
         cli::Command::Cliffs(args) => cliffs::run(args),
     }

@@ -161,7 +161,9 @@ fn measure<S: OnDemand>(
             vec![Box::new(OnTheWay { surfaces, dicing, seen: SurfaceHits::default() })];
         let others = engines.for_pictures(&picture, |name| args.wanted(name))?;
         let by_surface = |engine| BySurface { engine, surfaces: Rc::clone(&by_surface) };
-        prepared.extend(others.into_iter().map(|engine| Box::new(by_surface(engine)) as Box<dyn Engine<Picture>>));
+        prepared.extend(
+            others.into_iter().map(|engine| Box::new(by_surface(engine)) as Box<dyn Engine<Picture>>),
+        );
         let measured = rounds::measure(&mut prepared, &picture, args.repeat)?;
         let best = rounds::best(&measured);
         table::print_rows(&picture, &measured);
@@ -204,7 +206,10 @@ impl Found<'_> {
         for best in self.best.iter().filter(|best| best.family != "reyes") {
             if let Some((ms, name)) = &best.total {
                 let (alone, all) = (ms / self.own(), (ms + self.made) / self.own());
-                println!("best {}: {ms:.1} ms = {alone:.2} reyes ({name}); {all:.2} with making the triangles", best.family);
+                println!(
+                    "best {}: {ms:.1} ms = {alone:.2} reyes ({name}); {all:.2} with making the triangles",
+                    best.family
+                );
             }
         }
     }
@@ -212,6 +217,7 @@ impl Found<'_> {
     fn add_to(&self, subject: &mut Value) {
         subject["made_ms"] = json!(self.made);
         subject["million_micropolygons_per_s_and_thread"] = json!(self.speed());
-        subject["stats"] = self.stats.counters().into_iter().map(|(name, count)| (name.to_owned(), json!(count))).collect();
+        subject["stats"] =
+            self.stats.counters().into_iter().map(|(name, count)| (name.to_owned(), json!(count))).collect();
     }
 }

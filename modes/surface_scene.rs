@@ -112,7 +112,7 @@ impl SurfaceScene {
         let surfaces = if options.subdivide {
             let surface = SubdivisionSurface::new(&scene, &Creases::default(), options.displacement);
             first_triangles = surface.first_triangles().to_vec();
-            Surfaces::Subdivided(surface)
+            Surfaces::Subdivided(Box::new(surface))
         } else {
             let surface = DisplacedMesh::new(&scene, options.displacement);
             first_triangles = surface.first_triangles().to_vec();

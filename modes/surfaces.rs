@@ -14,7 +14,7 @@ pub enum Surfaces {
     /// Polygons, displaced or as they are.
     Displaced(DisplacedMesh),
     /// A Catmull-Clark surface, displaced or as it is.
-    Subdivided(SubdivisionSurface),
+    Subdivided(Box<SubdivisionSurface>),
     /// `builtin:terrain`.
     Terrain(Terrain),
     /// `builtin:field`.
@@ -92,7 +92,7 @@ impl OnDemand for Surfaces {
                 wrapped(s, o, spacing, SurfaceObject::Face, parts)
             }
             (Self::Subdivided(s), SurfaceObject::Node(o)) => {
-                wrapped(s, o, spacing, SurfaceObject::Node, parts)
+                wrapped(s.as_ref(), o, spacing, SurfaceObject::Node, parts)
             }
             (Self::Field(s), SurfaceObject::Field(o)) => wrapped(s, o, spacing, SurfaceObject::Field, parts),
             _ => false,
