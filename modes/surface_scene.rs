@@ -116,7 +116,7 @@ impl SurfaceScene {
         } else {
             let surface = DisplacedMesh::new(&scene, options.displacement);
             first_triangles = surface.first_triangles().to_vec();
-            Surfaces::Displaced(surface)
+            Surfaces::Displaced(Box::new(surface))
         };
         let colours = scene.objects.iter().map(|object| {
             // In range: faces have 32-bit ids.

@@ -12,7 +12,7 @@ pub enum Surfaces {
     /// Bicubic Bézier patches.
     Patches(BezierPatches),
     /// Polygons, displaced or as they are.
-    Displaced(DisplacedMesh),
+    Displaced(Box<DisplacedMesh>),
     /// A Catmull-Clark surface, displaced or as it is.
     Subdivided(Box<SubdivisionSurface>),
     /// `builtin:terrain`.
@@ -89,7 +89,7 @@ impl OnDemand for Surfaces {
         match (self, object) {
             (Self::Patches(s), SurfaceObject::Node(o)) => wrapped(s, o, spacing, SurfaceObject::Node, parts),
             (Self::Displaced(s), SurfaceObject::Face(o)) => {
-                wrapped(s, o, spacing, SurfaceObject::Face, parts)
+                wrapped(s.as_ref(), o, spacing, SurfaceObject::Face, parts)
             }
             (Self::Subdivided(s), SurfaceObject::Node(o)) => {
                 wrapped(s.as_ref(), o, spacing, SurfaceObject::Node, parts)
