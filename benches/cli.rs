@@ -45,6 +45,10 @@ pub(crate) enum Command {
     Bounce(BounceArgs),
     /// Time how long openness takes that is right to within an error
     Error(ErrorArgs),
+    /// Time surfaces that are diced while they are looked at, against the same triangles made beforehand
+    Reyes(ReyesArgs),
+    /// Measure the memory of finer and finer micropolygons, and the time of more and more hidden surfaces
+    ReyesGrowth(ReyesGrowthArgs),
     /// Count the rays that escape from a closed sphere
     Leaks(LeaksArgs),
     /// Time umbel for hard subjects with more and more triangles
@@ -200,6 +204,75 @@ pub(crate) struct ErrorArgs {
     /// Draw errors against rays
     #[arg(long, value_name = "FILE.svg")]
     pub(crate) plot: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReyesArgs {
+    /// sheet, builtin:teapot, builtin:terrain, .bpt files, or meshes, which are subdivided and displaced: files or names in scenes.json
+    pub(crate) scenes: Vec<String>,
+
+    /// A folder with scenes.json, which names files and cameras
+    #[arg(long = "scenes", value_name = "DIR")]
+    pub(crate) folder: Option<PathBuf>,
+
+    /// Pixels
+    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "1920x1080")]
+    pub(crate) size: (u32, u32),
+
+    /// Edges of micropolygons in pixels; may be given more than once
+    #[arg(long, value_name = "PIXELS", default_value = "0.5")]
+    pub(crate) shading_rate: Vec<f64>,
+
+    /// Rounds that count; one more goes before them
+    #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) repeat: u32,
+
+    /// Engines by the beginnings of their names, such as embree,obvhs-cwbvh. umbel always runs
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "embree-low,embree-medium-8,embree-medium-16"
+    )]
+    pub(crate) engines: Vec<String>,
+
+    /// Write everything that was measured
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+impl ReyesArgs {
+    /// Whether an engine of this name is asked for.
+    pub(crate) fn wanted(&self, name: &str) -> bool {
+        self.engines.iter().any(|start| name.starts_with(start.as_str()))
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReyesGrowthArgs {
+    /// Pixels
+    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "1920x1080")]
+    pub(crate) size: (u32, u32),
+
+    /// Micropolygons after which a sheet is not diced more finely
+    #[arg(long, value_name = "N", default_value_t = 5e8)]
+    pub(crate) most: f64,
+
+    /// Rounds that count; one more goes before them
+    #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) repeat: u32,
+
+    /// Draw memory against micropolygons
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) memory: Option<PathBuf>,
+
+    /// Draw time against hidden surfaces
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) depth: Option<PathBuf>,
+
+    /// Write everything that was measured
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -32,9 +32,12 @@ mod plot;
 mod primary;
 mod reference;
 mod report;
+mod reyes;
+mod reyes_growth;
 mod rounds;
 mod shadow;
 mod shadow_rays;
+mod sheets;
 mod subject;
 mod surface_points;
 mod table;
@@ -92,6 +95,8 @@ fn run(cli: &cli::Cli) -> Result<()> {
         cli::Command::Ambient(args) => ambient::run(args, &cli.common),
         cli::Command::Bounce(args) => bounce::run(args, &cli.common),
         cli::Command::Error(args) => error::run(args, &cli.common),
+        cli::Command::Reyes(args) => reyes::run(args, &cli.common),
+        cli::Command::ReyesGrowth(args) => reyes_growth::run(args),
         cli::Command::Leaks(args) => leaks::run(args, &cli.common),
         cli::Command::Cliffs(args) => cliffs::run(args),
     }

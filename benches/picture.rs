@@ -35,7 +35,7 @@ impl Picture {
     }
 
     /// What a pencil sees whose origin has f32 coordinates.
-    fn new(model: Model, pencil: Pencil) -> Result<Self> {
+    pub(crate) fn new(model: Model, pencil: Pencil) -> Result<Self> {
         let Origin::Point(origin) = pencil.origin() else {
             return Err("only rays from one point are compared".into());
         };

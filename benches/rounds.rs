@@ -42,7 +42,7 @@ pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
 /// Runs all engines round by round; the first round warms up and does not count. The first engine is umbel, with whose
 /// answer the others are compared in the last round.
 pub(crate) fn measure<S: Subject>(
-    engines: &mut [Box<dyn Engine<S>>],
+    engines: &mut [Box<dyn Engine<S> + '_>],
     subject: &S,
     repeat: u32,
 ) -> Result<Vec<Measured>> {

@@ -7,6 +7,12 @@ use crate::umbel_engine::KEEPING;
 
 /// Prints all engines, and the best of each.
 pub(crate) fn print<S: Subject>(subject: &S, measured: &[Measured], best: &[Best]) {
+    print_rows(subject, measured);
+    print_best(measured, best);
+}
+
+/// Prints all engines.
+pub(crate) fn print_rows<S: Subject>(subject: &S, measured: &[Measured]) {
     let model = subject.model();
     let dropped =
         if model.dropped > 0 { format!(" ({} without area left out)", model.dropped) } else { String::new() };
@@ -42,6 +48,11 @@ pub(crate) fn print<S: Subject>(subject: &S, measured: &[Measured], best: &[Best
             total / umbel,
         );
     }
+}
+
+/// Prints the best of each engine.
+fn print_best(measured: &[Measured], best: &[Best]) {
+    let umbel = measured.first().map_or(f64::NAN, |umbel| umbel.median(Times::total));
     // Where umbel does not keep the order, it is compared as it is.
     let kept = measured.iter().find(|engine| engine.name == KEEPING).or(measured.first());
     let (kept, keeping) = kept.map_or((f64::NAN, KEEPING), |kept| (kept.median(Times::total), &kept.name));

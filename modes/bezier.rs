@@ -8,8 +8,9 @@
 use umbel_core::{Aabb, Domain, OnDemand};
 
 use crate::bicubic::Bicubic;
-use crate::extent::{rounded, widened};
+use crate::extent::widened;
 use crate::patch_tree::{Node, PatchTree};
+use crate::point_lanes::map_points;
 
 /// Bicubic Bézier patches. Hits report the index of the patch.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,8 +66,8 @@ impl OnDemand for BezierPatches {
     }
 
     fn evaluate(&self, patch: &Node, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
-        if let Some(patch) = self.bicubic(patch) {
-            patch.points(parameters, |point| points.push(rounded(point)));
+        if let Some(mut patch) = self.bicubic(patch) {
+            map_points(&mut patch, parameters, points);
         }
     }
 

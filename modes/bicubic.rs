@@ -12,24 +12,27 @@
 //! Based on: Pierre Bézier, "Numerical Control: Mathematics and Applications", 1972; Lyle Ramshaw, "Blossoming: A
 //! Connect-the-Dots Approach to Splines", 1987.
 
+use fearless_simd::prelude::*;
 use glam::DVec3;
 use umbel_core::Domain;
 
 use crate::extent::Extent;
+use crate::point_lanes::{LaneMap, Lanes, PointLanes, splat};
 
 /// The control points P_ij at \[4·j + i\]: i goes with u, j with v.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bicubic(pub(crate) [DVec3; 16]);
 
 /// B_0 .. B_3.
-fn weights(t: f64) -> [f64; 4] {
+#[inline(always)]
+fn weights<S: Simd>(t: Lanes<S>) -> [Lanes<S>; 4] {
     let s = 1.0 - t;
-    let inner = |a: f64, b: f64| 3.0 * (a * a) * b;
-    [s * s * s, inner(s, t), inner(t, s), t * t * t]
+    [s * s * s, 3.0 * (s * s) * t, 3.0 * (t * t) * s, t * t * t]
 }
 
 /// The derivatives of B_0 .. B_3.
-fn slopes(t: f64) -> [f64; 4] {
+#[inline(always)]
+fn slopes<S: Simd>(t: Lanes<S>) -> [Lanes<S>; 4] {
     let s = 1.0 - t;
     [-3.0 * s * s, 3.0 * s * s - 6.0 * s * t, 6.0 * s * t - 3.0 * t * t, 3.0 * t * t]
 }
@@ -37,6 +40,23 @@ fn slopes(t: f64) -> [f64; 4] {
 /// The sum that is the same in either direction.
 fn blend(w: [f64; 4], p: [DVec3; 4]) -> DVec3 {
     (p[0] * w[0] + p[3] * w[3]) + (p[1] * w[1] + p[2] * w[2])
+}
+
+/// The same of eight points at a time.
+#[inline(always)]
+fn blend_lanes<S: Simd>(w: [Lanes<S>; 4], [a, b, c, d]: [PointLanes<S>; 4]) -> PointLanes<S> {
+    let mut sum = a;
+    for (k, sum) in sum.iter_mut().enumerate() {
+        *sum = (a[k] * w[0] + d[k] * w[3]) + (b[k] * w[1] + c[k] * w[2]);
+    }
+    sum
+}
+
+impl LaneMap for Bicubic {
+    #[inline(always)]
+    fn points<S: Simd>(&mut self, simd: S, parameters: [Lanes<S>; 2]) -> PointLanes<S> {
+        self.frames::<S, false>(simd, parameters)[0]
+    }
 }
 
 impl Bicubic {
@@ -58,26 +78,34 @@ impl Bicubic {
         Self(bezier)
     }
 
-    /// The cubic in u at one v.
-    fn at_v(&self, w: [f64; 4]) -> [DVec3; 4] {
-        [0, 1, 2, 3].map(|i| blend(w, [self.0[i], self.0[4 + i], self.0[8 + i], self.0[12 + i]]))
-    }
-
-    /// Calls `take` with the points at all parameters, in order. Rows of equal v cost least.
-    pub(crate) fn points(&self, parameters: &[[f64; 2]], mut take: impl FnMut(DVec3)) {
-        let mut row = (f64::NAN, [DVec3::ZERO; 4]);
-        for &[u, v] in parameters {
-            if v != row.0 {
-                row = (v, self.at_v(weights(v)));
+    /// The cubics in u at eight v.
+    #[inline(always)]
+    fn rows<S: Simd>(&self, simd: S, w: [Lanes<S>; 4]) -> [PointLanes<S>; 4] {
+        let mut rows = [splat(simd, DVec3::ZERO); 4];
+        for (i, row) in rows.iter_mut().enumerate() {
+            let column = [self.0[i], self.0[4 + i], self.0[8 + i], self.0[12 + i]];
+            for (k, row) in row.iter_mut().enumerate() {
+                let [a, b, c, d] = [column[0][k], column[1][k], column[2][k], column[3][k]];
+                *row = (w[0] * a + w[3] * d) + (w[1] * b + w[2] * c);
             }
-            take(blend(weights(u), row.1));
         }
+        rows
     }
 
-    /// The point and the tangents ∂p/∂u and ∂p/∂v.
-    pub(crate) fn frame(&self, [u, v]: [f64; 2]) -> [DVec3; 3] {
-        let row = self.at_v(weights(v));
-        [blend(weights(u), row), blend(slopes(u), row), blend(weights(u), self.at_v(slopes(v)))]
+    /// The points at eight parameters and, where they are asked for, the tangents ∂p/∂u and ∂p/∂v.
+    #[inline(always)]
+    pub(crate) fn frames<S: Simd, const TANGENTS: bool>(
+        &self,
+        simd: S,
+        [u, v]: [Lanes<S>; 2],
+    ) -> [PointLanes<S>; 3] {
+        let (across, along) = (weights(u), weights(v));
+        let row = self.rows(simd, along);
+        let point = blend_lanes(across, row);
+        if !TANGENTS {
+            return [point; 3];
+        }
+        [point, blend_lanes(slopes(u), row), blend_lanes(across, self.rows(simd, slopes(v)))]
     }
 
     /// The control points of a part.

@@ -15,14 +15,17 @@
 
 use std::collections::HashMap;
 
+use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use umbel_core::{Aabb, Domain, OnDemand};
 
 use crate::Scene;
 use crate::displacement::{Displacement, UvBox, uv_box};
-use crate::extent::{Extent, rounded, widened};
+use crate::extent::{Extent, widened};
+use crate::noise::{Cells, NO_CELLS};
 use crate::patch_tree::{Node, PatchTree};
+use crate::point_lanes::{LANES, LaneMap, Lanes, PointLanes, map_points, splat};
 use crate::polygons::Polygons;
 
 /// A mesh whose faces are displaced. Hits report the index of the face.
@@ -173,6 +176,46 @@ impl DisplacedMesh {
     }
 }
 
+/// The patch of a corner, to be asked for points.
+struct Patch<'a> {
+    mesh: &'a DisplacedMesh,
+    face: u32,
+    corner: u32,
+    positions: Bilinear<DVec3>,
+    normals: Bilinear<DVec3>,
+    uvs: Bilinear<DVec2>,
+    cells: Cells,
+}
+
+impl LaneMap for Patch<'_> {
+    #[inline(always)]
+    fn points<S: Simd>(&mut self, simd: S, [u, v]: [Lanes<S>; 2]) -> PointLanes<S> {
+        let Self { mesh, face, corner, cells, .. } = self;
+        let mut uvs = [[0.0; 2]; LANES];
+        if mesh.displacement.needs_uvs() {
+            for (lane, uv) in uvs.iter_mut().enumerate() {
+                *uv = mesh.ruling_uv(*face, *corner, &self.uvs, [u.as_array()[lane], v.as_array()[lane]]);
+            }
+        }
+        let found = (self.positions.lanes(simd, [u, v]), self.normals.lanes(simd, [u, v]));
+        mesh.displacement.displaced_lanes(simd, found, &uvs, cells)
+    }
+}
+
+impl Bilinear<DVec3> {
+    /// The points at eight parameters: the steps of `at`.
+    #[inline(always)]
+    fn lanes<S: Simd>(&self, simd: S, [u, v]: [Lanes<S>; 2]) -> PointLanes<S> {
+        let [a, b, c, d] = &self.0;
+        let (s, t) = (1.0 - u, 1.0 - v);
+        let mut points = splat(simd, DVec3::ZERO);
+        for (k, points) in points.iter_mut().enumerate() {
+            *points = (s * a[k] + u * b[k]) * t + (s * d[k] + u * c[k]) * v;
+        }
+        points
+    }
+}
+
 /// From a corner, t = 0, to the middle of an edge: what `Bilinear` gives along the border there.
 fn along_edge(here: [f32; 2], there: [f32; 2], t: f64) -> DVec2 {
     let (here, there) = (wide_uv(here), wide_uv(there));
@@ -251,13 +294,16 @@ impl OnDemand for DisplacedMesh {
         let FaceObject::Corner { face, corner } = *patch else {
             return;
         };
-        let positions = self.bilinear(face, corner, |k| self.position(k));
-        let normals = self.bilinear(face, corner, |k| self.normal(k));
-        let uvs = self.bilinear(face, corner, |k| self.uv(k));
-        points.extend(parameters.iter().map(|&place| {
-            let uv = || self.ruling_uv(face, corner, &uvs, place);
-            rounded(self.displacement.displaced(positions.at(place), normals.at(place), uv))
-        }));
+        let mut patch = Patch {
+            mesh: self,
+            face,
+            corner,
+            positions: self.bilinear(face, corner, |k| self.position(k)),
+            normals: self.bilinear(face, corner, |k| self.normal(k)),
+            uvs: self.bilinear(face, corner, |k| self.uv(k)),
+            cells: NO_CELLS,
+        };
+        map_points(&mut patch, parameters, points);
     }
 
     fn id(&self, patch: &FaceObject) -> u32 {

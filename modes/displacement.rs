@@ -7,11 +7,13 @@
 //!
 //! Based on: Robert Cook, "Shade Trees", 1984 (displacement); Ramon Moore, "Interval Analysis", 1966.
 
+use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
 
 use crate::extent::Extent;
 use crate::height_map::HeightMap;
-use crate::noise::Noise;
+use crate::noise::{Cells, Noise};
+use crate::point_lanes::{LANES, Lanes, PointLanes, dot};
 
 /// Room for the rounding of a unit vector and of its product with a height: a dozen operations.
 const UNIT_SLACK: f64 = 1e-14;
@@ -66,19 +68,36 @@ impl Displacement {
         matches!(self.relief, Relief::Map(_))
     }
 
-    /// A point moved along a normal.
-    pub(crate) fn displaced(&self, point: DVec3, normal: DVec3, uv: impl FnOnce() -> [f64; 2]) -> DVec3 {
-        let length = normal.dot(normal).sqrt();
-        if self.is_none() || length.is_nan() || length == 0.0 {
+    /// Eight points moved along normals; `uvs` are their texture coordinates, where heights go by them.
+    #[inline(always)]
+    pub(crate) fn displaced_lanes<S: Simd>(
+        &self,
+        simd: S,
+        (point, normal): (PointLanes<S>, PointLanes<S>),
+        uvs: &[[f64; 2]; LANES],
+        cells: &mut Cells,
+    ) -> PointLanes<S> {
+        if self.is_none() {
             return point;
         }
-        let height = self.height
-            * match &self.relief {
-                Relief::Flat => 0.0,
-                Relief::Map(map) => map.at(uv()),
-                Relief::Noise(noise) => noise.at(point),
-            };
-        point + normal / length * height
+        let length = dot(normal, normal).sqrt();
+        let height = match &self.relief {
+            Relief::Flat => Lanes::splat(simd, 0.0),
+            Relief::Map(map) => {
+                let mut heights = [0.0; LANES];
+                for (height, &uv) in heights.iter_mut().zip(uvs) {
+                    *height = map.at(uv);
+                }
+                Lanes::load_array(simd, heights)
+            }
+            Relief::Noise(noise) => noise.lanes(simd, point, cells),
+        };
+        let (height, moves) = (height * self.height, length.simd_gt(0.0));
+        let mut moved = point;
+        for k in 0..3 {
+            moved[k] = moves.select(point[k] + normal[k] / length * height, point[k]);
+        }
+        moved
     }
 
     /// A box around all points moved along all normals. The box of points has room for their rounding.

@@ -66,6 +66,8 @@ pub enum FieldObject {
         place: [u32; 2],
         /// Which of its blades; the one behind the last is the stalk of an umbel.
         index: u32,
+        /// The height of the ground at its root: the bits of an f64.
+        ground: u64,
     },
     /// The head of the umbel of a square.
     Head {
@@ -73,6 +75,8 @@ pub enum FieldObject {
         level: u32,
         /// Column and row among the squares of this level.
         place: [u32; 2],
+        /// The height of the ground at the root of its stalk: the bits of an f64.
+        ground: u64,
     },
     /// A patch of the ground.
     Ground(u32),
@@ -151,12 +155,31 @@ fn has_umbel(level: u32, place: [u32; 2]) -> bool {
     chance < UMBELS * f64::from(1_u32 << (2 * level.min(10)))
 }
 
-/// A blade, or the stalk of an umbel.
-fn blade(level: u32, place: [u32; 2], index: u32) -> Blade {
-    let [x, z, tall, turn, lean, wide] = numbers(level, place, index);
+/// Where a blade stands.
+fn root(level: u32, place: [u32; 2], [x, z]: [f64; 2]) -> [f64; 2] {
     let Rectangle { x: xs, z: zs } = square(level, place);
-    let (x, z) = (xs[0] + (xs[1] - xs[0]) * x, zs[0] + (zs[1] - zs[0]) * z);
-    let root = DVec3::new(x, Field.ground(x, z), z);
+    [xs[0] + (xs[1] - xs[0]) * x, zs[0] + (zs[1] - zs[0]) * z]
+}
+
+/// The heights of the ground at the roots of some blades of a square: they mostly share the cells of the noise.
+fn grounds(
+    level: u32,
+    place: [u32; 2],
+    indices: impl Iterator<Item = u32>,
+) -> impl Iterator<Item = (u32, u64)> {
+    let mut noise = NOISE.cursor::<{ HILLS.0 }>();
+    indices.map(move |index| {
+        let root = root(level, place, numbers(level, place, index));
+        let [height, _] = hills(|octave| [noise.at(octave, root); 2]);
+        (index, height.to_bits())
+    })
+}
+
+/// A blade, or the stalk of an umbel.
+fn blade(level: u32, place: [u32; 2], index: u32, ground: u64) -> Blade {
+    let [x, z, tall, turn, lean, wide] = numbers(level, place, index);
+    let [x, z] = root(level, place, [x, z]);
+    let root = DVec3::new(x, f64::from_bits(ground), z);
     let (sin, cos) = libm::sincos(turn * std::f64::consts::TAU);
     let (height, lean, width) = match index < BLADES {
         true => {
@@ -194,9 +217,9 @@ impl Blade {
 }
 
 /// The head of an umbel: its middle, and its radius.
-fn head(level: u32, place: [u32; 2]) -> (DVec3, f64) {
+fn head(level: u32, place: [u32; 2], ground: u64) -> (DVec3, f64) {
     let [size] = numbers(level, place, BLADES + 2);
-    (blade(level, place, BLADES).spine[2], 0.1 + 0.08 * size)
+    (blade(level, place, BLADES, ground).spine[2], 0.1 + 0.08 * size)
 }
 
 /// A point of a head.
@@ -253,8 +276,10 @@ impl OnDemand for Field {
                     hi: DVec3::new(ground.x[1] + BESIDE, greatest + ABOVE, ground.z[1] + BESIDE),
                 }
             }
-            FieldObject::Blade { level, place, index } => blade(level, place, index).extent(domain),
-            FieldObject::Head { level, place } => head_extent(head(level, place), domain),
+            FieldObject::Blade { level, place, index, ground } => {
+                blade(level, place, index, ground).extent(domain)
+            }
+            FieldObject::Head { level, place, ground } => head_extent(head(level, place, ground), domain),
             FieldObject::Ground(patch) => {
                 let (from, to) = (
                     on_ground(patch, [domain.u[0], domain.v[0]]),
@@ -282,12 +307,12 @@ impl OnDemand for Field {
             );
             return true;
         }
-        parts.extend((0..BLADES).map(|index| FieldObject::Blade { level, place, index }));
-        if has_umbel(level, place) {
-            parts.extend([
-                FieldObject::Blade { level, place, index: BLADES },
-                FieldObject::Head { level, place },
-            ]);
+        let stalks = u32::from(has_umbel(level, place));
+        for (index, ground) in grounds(level, place, 0..BLADES + stalks) {
+            parts.push(FieldObject::Blade { level, place, index, ground });
+            if index == BLADES {
+                parts.push(FieldObject::Head { level, place, ground });
+            }
         }
         true
     }
@@ -295,12 +320,12 @@ impl OnDemand for Field {
     fn evaluate(&self, patch: &FieldObject, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
         match *patch {
             FieldObject::Cells { .. } => {}
-            FieldObject::Blade { level, place, index } => {
-                let blade = blade(level, place, index);
+            FieldObject::Blade { level, place, index, ground } => {
+                let blade = blade(level, place, index, ground);
                 points.extend(parameters.iter().map(|&at| rounded(blade.at(at))));
             }
-            FieldObject::Head { level, place } => {
-                let head = head(level, place);
+            FieldObject::Head { level, place, ground } => {
+                let head = head(level, place, ground);
                 points.extend(parameters.iter().map(|&at| rounded(on_head(head, at))));
             }
             FieldObject::Ground(patch) => {
@@ -318,10 +343,10 @@ impl OnDemand for Field {
     fn id(&self, patch: &FieldObject) -> u32 {
         let cell = |level: u32, [column, row]: [u32; 2]| (row << level) << LEVELS | (column << level);
         match *patch {
-            FieldObject::Blade { level, place, index } if index < BLADES => {
+            FieldObject::Blade { level, place, index, .. } if index < BLADES => {
                 cell(level, place) * BLADES + index
             }
-            FieldObject::Blade { level, place, .. } | FieldObject::Head { level, place } => {
+            FieldObject::Blade { level, place, .. } | FieldObject::Head { level, place, .. } => {
                 UMBEL_IDS + cell(level, place)
             }
             FieldObject::Ground(patch) => GROUND_IDS + patch,

@@ -16,6 +16,17 @@ const RAYS: [u32; 6] = [8, 16, 32, 64, 128, 256];
 /// Sample sets, the default first.
 const SETS: [&str; 3] = ["shared", "interleaved", "independent"];
 
+/// Edges of micropolygons in pixels, the default second to last, and samples per pixel with each.
+const SHADING_RATES: [(&str, &str); 4] = [
+    ("2", "shading rate 2, samples per pixel"),
+    ("1", "shading rate 1, samples per pixel"),
+    ("0.5", "shading rate 0.5, samples per pixel"),
+    ("0.25", "shading rate 0.25, samples per pixel"),
+];
+const REYES_SAMPLES: [u32; 4] = [1, 2, 4, 8];
+/// The shading rate of the reference.
+pub(crate) const REFERENCE_RATE: &str = "0.25";
+
 /// What a setting may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Changes {
@@ -87,14 +98,31 @@ pub(crate) fn settings(mode: ModeArg, has_cubes: bool, output: &str) -> Vec<Sett
             };
             SETS.iter().flat_map(of_set).collect()
         }
+        ModeArg::Reyes => {
+            let of_rate = |&(rate, series): &(&'static str, &'static str)| {
+                REYES_SAMPLES.iter().map(move |&n| {
+                    let words = format!("--shading-rate {rate} --samples {n}");
+                    answer(series, n.to_string(), words).default_if(rate == "0.5" && n == 1)
+                })
+            };
+            SHADING_RATES.iter().flat_map(of_rate).collect()
+        }
     };
-    let fast = Setting::new("--accuracy fast", "--accuracy fast", "--accuracy fast", Changes::Answer);
-    all.push(Setting { is_fast: true, ..fast.of(if mode == ModeArg::Shadow { output } else { "" }) });
+    // Surfaces on demand are decided exactly, whatever is asked.
+    if mode != ModeArg::Reyes {
+        all.push(fast(if mode == ModeArg::Shadow { output } else { "" }));
+    }
     all.extend(time_only(mode).map(|setting| setting.of(if mode == ModeArg::Shadow { output } else { "" })));
     if mode != ModeArg::Shadow {
         all = all.into_iter().map(|setting| setting.of(output)).collect();
     }
     all
+}
+
+/// Rounded decisions.
+fn fast(output: &str) -> Setting {
+    let fast = Setting::new("--accuracy fast", "--accuracy fast", "--accuracy fast", Changes::Answer);
+    Setting { is_fast: true, ..fast.of(output) }
 }
 
 /// The settings that may change the time only, on this machine.
@@ -112,6 +140,7 @@ fn time_only(mode: ModeArg) -> impl Iterator<Item = Setting> {
         .chain([processors])
         .map(move |n| time(format!("--threads {n}")))
         .chain(isas.map(move |isa| time(format!("--isa {}", isa.name()))))
-        .chain([time("--path general".into())])
+        // Surfaces on demand would all be made beforehand: there may be no end of them.
+        .chain((mode != ModeArg::Reyes).then(|| time("--path general".into())))
         .chain(groups.iter().map(move |group| time(format!("--group {group}"))))
 }

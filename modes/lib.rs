@@ -98,6 +98,7 @@ mod mesh_ply;
 mod mtl;
 mod neighbourhood;
 mod noise;
+mod noise_lanes;
 mod npy;
 mod npy_reader;
 #[cfg(feature = "obj")]
@@ -115,6 +116,7 @@ mod pattern;
 mod plane_noise;
 mod png_file;
 mod point_cloud;
+mod point_lanes;
 mod point_receivers;
 mod polygons;
 mod primary;

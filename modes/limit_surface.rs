@@ -9,6 +9,7 @@
 //!
 //! Based on: Jos Stam, "Exact Evaluation of Catmull-Clark Subdivision Surfaces at Arbitrary Parameter Values", 1998.
 
+use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 use umbel_core::Domain;
 
@@ -17,6 +18,7 @@ use crate::cage::weighted;
 use crate::extent::Extent;
 use crate::limit_masks::Limit;
 use crate::neighbourhood::{Shape, ShapeId, Shapes};
+use crate::point_lanes::{LANES, Lanes, PointLanes, cross, splat};
 
 /// Steps after which a quad is taken to be flat: 4⁻²⁷ is the unit roundoff of f64.
 const DEEPEST: u32 = 27;
@@ -154,18 +156,32 @@ impl LimitQuad<'_> {
 
 /// Samples of a regular quad.
 fn regular(patch: &Bicubic, places: &[Place], normals: bool, out: &mut [Sample]) {
-    if !normals {
-        let parameters: Vec<[f64; 2]> = places.iter().map(|place| place.1).collect();
-        let mut indices = places.iter().map(|place| place.0);
-        return patch.points(&parameters, |point| {
-            if let Some(index) = indices.next() {
-                out[index] = Sample { point, normal: DVec3::ZERO };
-            }
-        });
-    }
-    for &(index, place) in places {
-        let [point, across, along] = patch.frame(place);
-        out[index] = Sample { point, normal: across.cross(along) };
+    dispatch!(Level::new(), simd => match normals {
+        true => sample_all::<_, true>(simd, patch, places, out),
+        false => sample_all::<_, false>(simd, patch, places, out),
+    });
+}
+
+#[inline(always)]
+fn sample_all<S: Simd, const NORMALS: bool>(simd: S, patch: &Bicubic, places: &[Place], out: &mut [Sample]) {
+    for some in places.chunks(LANES) {
+        let [mut u, mut v] = [[0.0; LANES]; 2];
+        for (lane, &(_, place)) in some.iter().enumerate() {
+            [u[lane], v[lane]] = place;
+        }
+        let parameters = [Lanes::load_array(simd, u), Lanes::load_array(simd, v)];
+        let [point, across, along] = patch.frames::<S, NORMALS>(simd, parameters);
+        let normal = if NORMALS { cross(across, along) } else { splat(simd, DVec3::ZERO) };
+        for (lane, &(index, _)) in some.iter().enumerate() {
+            let at = |numbers: &PointLanes<S>| {
+                DVec3::new(
+                    numbers[0].as_array()[lane],
+                    numbers[1].as_array()[lane],
+                    numbers[2].as_array()[lane],
+                )
+            };
+            out[index] = Sample { point: at(&point), normal: at(&normal) };
+        }
     }
 }
 

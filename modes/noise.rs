@@ -12,9 +12,12 @@
 //! Based on: Ken Perlin, "An Image Synthesizer", 1985 and "Improving Noise", 2002 (lattices, hashes, w); Wolfgang Heidrich, Philipp
 //! Slusallek and Hans-Peter Seidel, "Sampling Procedural Shaders Using Affine Arithmetic", 1998 (ranges of procedures over boxes).
 
+use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 
 use crate::extent::Extent;
+use crate::noise_lanes::{Cell, common, lerp, sides, values as lattice_lanes, weight as weight_lanes};
+use crate::point_lanes::{Lanes, PointLanes};
 use crate::sample_sets::{mix, uniform};
 
 /// Room for the rounding of one octave, whose values are sums of eight products of weights and numbers below 1.
@@ -22,6 +25,18 @@ pub(crate) const ROUNDING: f64 = 1e-13;
 
 /// A shift per octave, in cells, so that lattice points of octaves do not fall onto each other at the origin.
 const SHIFT: DVec3 = DVec3::new(0.387_219_6, 0.713_628_1, 0.291_770_3);
+
+/// What coordinates of lattice points are multiplied with before they are hashed.
+const FACTORS: [u64; 3] = [0x9e37_79b9_7f4a_7c15, 0xc2b2_ae3d_27d4_eb4f, 0x1656_67b1_9e37_79f9];
+
+/// Octaves whose cells are kept.
+const MOST_OCTAVES: u32 = 12;
+
+/// The cells that were used last.
+pub(crate) type Cells = [Cell<3, 8>; MOST_OCTAVES as usize];
+
+/// None.
+pub(crate) const NO_CELLS: Cells = [Cell::NONE; MOST_OCTAVES as usize];
 
 /// The most cells along one axis in which corners are evaluated; over more, an octave is taken to have any value.
 const CELLS: f64 = 2.0;
@@ -44,6 +59,56 @@ impl Noise {
     #[must_use]
     pub const fn new(frequency: f64, seed: u64) -> Self {
         Self { frequency, seed, octaves: 6, gain: 0.5 }
+    }
+
+    /// The noise at eight points.
+    #[inline(always)]
+    pub(crate) fn lanes<S: Simd>(&self, simd: S, point: PointLanes<S>, cells: &mut Cells) -> Lanes<S> {
+        let (mut sum, mut amplitude, mut total) = (Lanes::splat(simd, 0.0), 1.0, 0.0);
+        for k in 0..self.octaves {
+            let cell = cells.get_mut(k as usize);
+            sum += self.octave_lanes(simd, k, point, cell) * amplitude;
+            total += amplitude;
+            amplitude *= self.gain;
+        }
+        sum / total
+    }
+
+    /// One octave at eight points.
+    #[inline(always)]
+    fn octave_lanes<S: Simd>(
+        &self,
+        simd: S,
+        octave: u32,
+        point: PointLanes<S>,
+        known: Option<&mut Cell<3, 8>>,
+    ) -> Lanes<S> {
+        let (scale, shift) = (self.scale(octave), SHIFT * f64::from(octave));
+        let mut cell = point;
+        let mut w = point;
+        for k in 0..3 {
+            let place = point[k] * scale + shift[k];
+            cell[k] = place.floor();
+            w[k] = weight_lanes(place - cell[k]);
+        }
+        let mut values = [w[0]; 8];
+        match (common(&cell), known) {
+            (Some(place), Some(known)) => {
+                let corners = known.known(place, || self.values(octave, DVec3::from_array(place)));
+                for (values, &corner) in values.iter_mut().zip(corners) {
+                    *values = Lanes::splat(simd, corner);
+                }
+            }
+            _ => {
+                let [x, y, z] =
+                    [sides(cell[0], FACTORS[0]), sides(cell[1], FACTORS[1]), sides(cell[2], FACTORS[2])];
+                let key = self.key(octave);
+                for (k, values) in values.iter_mut().enumerate() {
+                    *values = lattice_lanes(x[k & 1] + y[k >> 1 & 1] + z[k >> 2] + key);
+                }
+            }
+        }
+        blend_lanes(values, w)
     }
 
     /// The noise at a point, in [0, 1].
@@ -75,8 +140,17 @@ impl Noise {
 
     /// A point in cells of an octave.
     fn on_lattice(&self, octave: u32, point: DVec3) -> DVec3 {
-        let scale = self.frequency * (1_u64 << octave.min(60)) as f64;
-        point * scale + SHIFT * f64::from(octave)
+        point * self.scale(octave) + SHIFT * f64::from(octave)
+    }
+
+    /// Cells per unit of an octave.
+    fn scale(&self, octave: u32) -> f64 {
+        self.frequency * (1_u64 << octave.min(60)) as f64
+    }
+
+    /// What an octave adds to its hashes.
+    fn key(&self, octave: u32) -> u64 {
+        mix(self.seed ^ (u64::from(octave) << 56))
     }
 
     /// One octave at a point of its lattice.
@@ -87,7 +161,7 @@ impl Noise {
 
     /// The values at the corners of a cell.
     fn values(&self, octave: u32, cell: DVec3) -> [f64; 8] {
-        let key = mix(self.seed ^ (u64::from(octave) << 56));
+        let key = self.key(octave);
         let side = |corner: usize, axis: usize| f64::from((corner >> axis & 1) as u32);
         std::array::from_fn(|k| lattice(key, cell + DVec3::new(side(k, 0), side(k, 1), side(k, 2))))
     }
@@ -108,16 +182,35 @@ impl Noise {
                 for x in cells(0) {
                     let cell = DVec3::new(x, y, z);
                     let (from, to) = (lo.max(cell) - cell, hi.min(cell + 1.0) - cell);
-                    let values = self.values(octave, cell);
-                    for corner in 0..8 {
-                        let pick = |k: usize| if corner >> k & 1 == 0 { from[k] } else { to[k] };
-                        let value = blend(&values, DVec3::new(pick(0), pick(1), pick(2)));
+                    let found = dispatch!(Level::new(), simd => self.corners(simd, octave, cell, [from, to]));
+                    for value in found {
                         range = [range[0].min(value), range[1].max(value)];
                     }
                 }
             }
         }
         [range[0] - ROUNDING, range[1] + ROUNDING]
+    }
+
+    /// One octave at the corners of a box within a cell.
+    #[inline(always)]
+    fn corners<S: Simd>(&self, simd: S, octave: u32, cell: DVec3, [from, to]: [DVec3; 2]) -> [f64; 8] {
+        let mut places = [[0.0; 8]; 3];
+        for (k, places) in places.iter_mut().enumerate() {
+            for (corner, place) in places.iter_mut().enumerate() {
+                *place = if corner >> k & 1 == 0 { from[k] } else { to[k] };
+            }
+        }
+        let [x, y, z] = places;
+        let mut w = [Lanes::load_array(simd, x), Lanes::load_array(simd, y), Lanes::load_array(simd, z)];
+        for w in &mut w {
+            *w = weight_lanes(*w);
+        }
+        let mut values = [w[0]; 8];
+        for (values, corner) in values.iter_mut().zip(self.values(octave, cell)) {
+            *values = Lanes::splat(simd, corner);
+        }
+        *blend_lanes(values, w).as_array()
     }
 }
 
@@ -130,6 +223,14 @@ fn blend(values: &[f64; 8], place: DVec3) -> f64 {
     lerp(sheet(0), sheet(4), w[2])
 }
 
+/// The same for eight places at a time, given by their weights.
+#[inline(always)]
+fn blend_lanes<S: Simd>([a, b, c, d, e, f, g, h]: [Lanes<S>; 8], w: [Lanes<S>; 3]) -> Lanes<S> {
+    let near = lerp(lerp(a, b, w[0]), lerp(c, d, w[0]), w[1]);
+    let far = lerp(lerp(e, f, w[0]), lerp(g, h, w[0]), w[1]);
+    lerp(near, far, w[2])
+}
+
 /// The weight of the farther lattice point, from 0 to 1.
 pub(crate) fn weight(t: f64) -> f64 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
@@ -140,8 +241,8 @@ fn lattice(key: u64, point: DVec3) -> f64 {
     // The casts saturate.
     let [x, y, z] = point.to_array().map(|x| x as i64 as u64);
     let sum = x
-        .wrapping_mul(0x9e37_79b9_7f4a_7c15)
-        .wrapping_add(y.wrapping_mul(0xc2b2_ae3d_27d4_eb4f))
-        .wrapping_add(z.wrapping_mul(0x1656_67b1_9e37_79f9));
+        .wrapping_mul(FACTORS[0])
+        .wrapping_add(y.wrapping_mul(FACTORS[1]))
+        .wrapping_add(z.wrapping_mul(FACTORS[2]));
     uniform(mix(key.wrapping_add(sum)))
 }

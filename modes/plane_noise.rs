@@ -5,7 +5,11 @@
 //!
 //! Based on: Ken Perlin, "An Image Synthesizer", 1985.
 
+use fearless_simd::prelude::*;
+
 use crate::noise::{ROUNDING, weight};
+use crate::noise_lanes::{Cell, common, lerp, sides, values as lattice_lanes, weight as weight_lanes};
+use crate::point_lanes::Lanes;
 use crate::sample_sets::{mix, uniform};
 
 /// A rectangle of the plane: the least and the greatest x, the least and the greatest z.
@@ -14,6 +18,9 @@ pub(crate) struct Rectangle {
     pub(crate) x: [f64; 2],
     pub(crate) z: [f64; 2],
 }
+
+/// A shift per octave, in cells, so that lattice points of octaves do not fall onto each other at the origin.
+const SHIFT: f64 = 0.387_219_6;
 
 /// Octaves of noise by a seed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,23 +33,36 @@ pub(crate) struct PlaneNoise {
 /// The lattice values of the cells that were used last, one per octave.
 pub(crate) struct Cursor<const OCTAVES: usize> {
     noise: PlaneNoise,
-    cells: [([f64; 2], [f64; 4]); OCTAVES],
+    cells: [Cell<2, 4>; OCTAVES],
 }
+
+/// What coordinates of lattice points are multiplied with before they are hashed.
+const FACTORS: [u64; 2] = [0xd1b5_4a32_d192_ed03, 0xabc9_8388_fb8f_ac03];
 
 impl PlaneNoise {
     /// A cursor, in no cell.
     pub(crate) fn cursor<const OCTAVES: usize>(&self) -> Cursor<OCTAVES> {
-        Cursor { noise: *self, cells: [([f64::NAN; 2], [0.0; 4]); OCTAVES] }
+        Cursor { noise: *self, cells: [Cell::NONE; OCTAVES] }
     }
 
-    /// A coordinate in cells of an octave. Monotone; a shift keeps lattice points of octaves apart.
+    /// A coordinate in cells of an octave. Monotone.
     fn on_lattice(&self, octave: u32, x: f64) -> f64 {
-        x * (self.frequency * (1_u64 << octave) as f64) + 0.387_219_6 * f64::from(octave)
+        x * self.scale(octave) + SHIFT * f64::from(octave)
+    }
+
+    /// Cells per unit of an octave.
+    fn scale(&self, octave: u32) -> f64 {
+        self.frequency * (1_u64 << octave) as f64
+    }
+
+    /// What an octave adds to its hashes.
+    fn key(&self, octave: u32) -> u64 {
+        mix(self.seed ^ (u64::from(octave) << 56))
     }
 
     /// The values at the corners of a cell.
     fn values(&self, octave: u32, [x, z]: [f64; 2]) -> [f64; 4] {
-        let key = mix(self.seed ^ (u64::from(octave) << 56));
+        let key = self.key(octave);
         [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[dx, dz]| lattice(key, [x + dx, z + dz]))
     }
 
@@ -55,8 +75,9 @@ impl PlaneNoise {
             return [0.0, 1.0];
         }
         let mut range = [1.0_f64, 0.0_f64];
-        for z in [first[1], last[1]] {
-            for x in [first[0], last[0]] {
+        let cells = |k: usize| [first[k], last[k]].into_iter().take(if first[k] == last[k] { 1 } else { 2 });
+        for z in cells(1) {
+            for x in cells(0) {
                 let values = self.values(octave, [x, z]);
                 for (px, pz) in [(x0, z0), (x1, z0), (x0, z1), (x1, z1)] {
                     let place = [px.clamp(x, x + 1.0) - x, pz.clamp(z, z + 1.0) - z];
@@ -74,11 +95,34 @@ impl<const OCTAVES: usize> Cursor<OCTAVES> {
     pub(crate) fn at(&mut self, octave: u32, [x, z]: [f64; 2]) -> f64 {
         let place = [self.noise.on_lattice(octave, x), self.noise.on_lattice(octave, z)];
         let cell = place.map(f64::floor);
-        let known = &mut self.cells[octave as usize];
-        if known.0 != cell {
-            *known = (cell, self.noise.values(octave, cell));
+        let known = self.cells[octave as usize].known(cell, || self.noise.values(octave, cell));
+        blend(known, [place[0] - cell[0], place[1] - cell[1]])
+    }
+
+    /// One octave at eight points.
+    #[inline(always)]
+    pub(crate) fn lanes<S: Simd>(&mut self, simd: S, octave: u32, point: [Lanes<S>; 2]) -> Lanes<S> {
+        let (scale, shift) = (self.noise.scale(octave), SHIFT * f64::from(octave));
+        let (mut cell, mut w) = (point, point);
+        for k in 0..2 {
+            let place = point[k] * scale + shift;
+            cell[k] = place.floor();
+            w[k] = weight_lanes(place - cell[k]);
         }
-        blend(&known.1, [place[0] - cell[0], place[1] - cell[1]])
+        let mut values = [w[0]; 4];
+        if let Some(place) = common(&cell) {
+            let known = self.cells[octave as usize].known(place, || self.noise.values(octave, place));
+            for (values, &known) in values.iter_mut().zip(known) {
+                *values = Lanes::splat(simd, known);
+            }
+        } else {
+            let [x, z] = [sides(cell[0], FACTORS[0]), sides(cell[1], FACTORS[1])];
+            let key = self.noise.key(octave);
+            for (k, values) in values.iter_mut().enumerate() {
+                *values = lattice_lanes(x[k & 1] + z[k >> 1] + key);
+            }
+        }
+        lerp(lerp(values[0], values[1], w[0]), lerp(values[2], values[3], w[0]), w[1])
     }
 }
 
@@ -86,7 +130,7 @@ impl<const OCTAVES: usize> Cursor<OCTAVES> {
 fn lattice(key: u64, place: [f64; 2]) -> f64 {
     // The casts saturate.
     let [x, z] = place.map(|x| x as i64 as u64);
-    let sum = x.wrapping_mul(0xd1b5_4a32_d192_ed03).wrapping_add(z.wrapping_mul(0xabc9_8388_fb8f_ac03));
+    let sum = x.wrapping_mul(FACTORS[0]).wrapping_add(z.wrapping_mul(FACTORS[1]));
     uniform(mix(key.wrapping_add(sum)))
 }
 

@@ -1,8 +1,8 @@
 //! `umbel reyes`: what a camera sees of surfaces that are made on demand.
 
 use umbel::{
-    Error, LoadOptions, Look, Scene, Stats, SurfaceOptions, load_surfaces, surface_preview, surface_view,
-    surface_visibility,
+    Camera, Error, LoadOptions, Look, Scene, Stats, SurfaceOptions, SurfaceScene, load_surfaces,
+    surface_preview, surface_view, surface_visibility,
 };
 
 use crate::cli::Common;
@@ -12,21 +12,33 @@ use crate::report::{Report, Times, timed};
 use crate::reyes_args::ReyesArgs;
 
 /// More bytes of a pixel than a triangle's hit has: (u, v) and the normal of the micropolygon.
-const SURFACE_BYTES: u64 = 20;
+pub(crate) const SURFACE_BYTES: u64 = 20;
+
+impl ReyesArgs {
+    /// Reads the scene, and says what was noticed.
+    pub(crate) fn load(&self, common: &Common) -> Result<SurfaceScene, Error> {
+        let load = LoadOptions { drop_non_finite: common.drop_non_finite };
+        let displacement = self.displacement()?;
+        let options = SurfaceOptions { load, subdivide: self.surfaces.subdivide, displacement };
+        let scene = load_surfaces(&self.scene, options)?;
+        say(&scene.warnings, common);
+        Ok(scene)
+    }
+
+    /// The camera that was asked for; of a built-in scene its curated view, of others one that frames them.
+    pub(crate) fn framing(&self, scene: &SurfaceScene) -> Result<Camera, Error> {
+        let view = self.scene.strip_prefix("builtin:").and_then(surface_view);
+        self.camera.framing_of(&scene.bounds(), view, self.film_height())
+    }
+}
 
 /// `umbel reyes`.
 pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
     args.check()?;
     let output = args.picture.checked_output()?;
     let mut times = Times::default();
-    let load = LoadOptions { drop_non_finite: common.drop_non_finite };
-    let scene = timed(&mut times.load, || {
-        let displacement = args.displacement()?;
-        load_surfaces(&args.scene, SurfaceOptions { load, subdivide: args.surfaces.subdivide, displacement })
-    })?;
-    say(&scene.warnings, common);
-    let view = args.scene.strip_prefix("builtin:").and_then(surface_view);
-    let camera = args.camera.framing_of(&scene.bounds(), view, args.film_height())?;
+    let scene = timed(&mut times.load, || args.load(common))?;
+    let camera = args.framing(&scene)?;
     let named = Scene { name: scene.name.clone(), ..Scene::default() };
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
     limit_memory(pixels * (PIXEL_BYTES + SURFACE_BYTES), &named, "--size", common)?;

@@ -12,6 +12,7 @@
 
 use std::collections::HashMap;
 
+use fearless_simd::{Level, dispatch, prelude::*};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use umbel_core::{Aabb, Domain, OnDemand};
@@ -19,10 +20,12 @@ use umbel_core::{Aabb, Domain, OnDemand};
 use crate::Scene;
 use crate::cage_builder::{QuadCage, Sharpness};
 use crate::displacement::{Displacement, UvBox, uv_box};
-use crate::extent::{Extent, rounded};
+use crate::extent::Extent;
 use crate::limit_surface::{LimitQuad, Place, Sample};
 use crate::neighbourhood::{Neighbourhood, ShapeId, Shapes};
+use crate::noise::{Cells, NO_CELLS};
 use crate::patch_tree::{Node, PatchTree};
+use crate::point_lanes::{LANES, Lanes, rounded_lanes};
 use crate::polygons::Polygons;
 
 /// A Catmull-Clark surface. Hits report the index of the face of the scene.
@@ -32,6 +35,9 @@ pub struct SubdivisionSurface {
     shapes: Shapes,
     /// The shape of each quad.
     shape: Vec<ShapeId>,
+    /// The vertices of each quad's neighbourhood, quad by quad, and where each quad's begin.
+    around: Vec<u32>,
+    first_around: Vec<usize>,
     /// The least corner at each vertex, or at another at the same place.
     rulers: Vec<u32>,
     /// The least half-edge between the same two vertices, where that is no neighbour, and whether it runs the other way.
@@ -64,14 +70,21 @@ impl SubdivisionSurface {
         let mut shapes = Shapes::default();
         // In range: quads and corners are counted in 32 bits.
         let count = quads.parents.len() as u32;
-        let shape =
-            (0..count).map(|quad| shapes.of(&quads.cage, &Neighbourhood::of(&quads.cage, quad))).collect();
+        let (mut shape, mut around, mut first_around) = (Vec::new(), Vec::new(), vec![0]);
+        for quad in 0..count {
+            let neighbourhood = Neighbourhood::of(&quads.cage, quad);
+            shape.push(shapes.of(&quads.cage, &neighbourhood));
+            around.extend(neighbourhood.vertices);
+            first_around.push(around.len());
+        }
         let (rulers, odd_edges) = (rulers(&quads), odd_edges(&quads));
         let tree = PatchTree::new(&[]);
         let mut surface = Self {
             quads,
             shapes,
             shape,
+            around,
+            first_around,
             rulers,
             odd_edges,
             displacement,
@@ -92,8 +105,8 @@ impl SubdivisionSurface {
 
     /// Calls `take` with the limit quad of a quad.
     fn with_limit<T>(&self, quad: u32, take: impl FnOnce(LimitQuad<'_>) -> T) -> T {
-        let around = Neighbourhood::of(&self.quads.cage, quad);
-        let points: Vec<DVec3> = around.vertices.iter().map(|&v| self.quads.points[v as usize]).collect();
+        let around = &self.around[self.first_around[quad as usize]..self.first_around[quad as usize + 1]];
+        let points: Vec<DVec3> = around.iter().map(|&v| self.quads.points[v as usize]).collect();
         take(LimitQuad { shapes: &self.shapes, shape: self.shape[quad as usize], points: &points, depth: 0 })
     }
 
@@ -185,6 +198,37 @@ impl SubdivisionSurface {
                 .map_or((edge, false), |back| (back, true)),
         };
         (ruler / 4, on_side(ruler % 4, if turned { 1.0 - s } else { s }))
+    }
+
+    /// Puts samples of a quad where they belong, displaced.
+    #[inline(always)]
+    fn displace<S: Simd>(
+        &self,
+        simd: S,
+        quad: u32,
+        (places, samples): (&[Place], &[Sample]),
+        points: &mut [[f32; 3]],
+        cells: &mut Cells,
+    ) {
+        for some in places.chunks(LANES) {
+            let (mut found, mut uvs) = ([[0.0; LANES]; 6], [[0.0; 2]; LANES]);
+            for (lane, &(index, place)) in some.iter().enumerate() {
+                let Sample { point, normal } = samples[index];
+                for k in 0..3 {
+                    (found[k][lane], found[3 + k][lane]) = (point[k], normal[k]);
+                }
+                if self.displacement.needs_uvs() {
+                    uvs[lane] = self.uv(quad, place);
+                }
+            }
+            let [a, b, c, d, e, f] = found;
+            let point = [Lanes::load_array(simd, a), Lanes::load_array(simd, b), Lanes::load_array(simd, c)];
+            let normal = [Lanes::load_array(simd, d), Lanes::load_array(simd, e), Lanes::load_array(simd, f)];
+            let moved = rounded_lanes(self.displacement.displaced_lanes(simd, (point, normal), &uvs, cells));
+            for (&(index, _), point) in some.iter().zip(moved) {
+                points[index] = point;
+            }
+        }
     }
 
     /// The texture coordinates at parameters of a quad.
@@ -298,6 +342,7 @@ impl OnDemand for SubdivisionSurface {
         let Some(quad) = self.tree.patch(*patch) else {
             return;
         };
+        let mut cells = NO_CELLS;
         let mut asked: Vec<(u32, Vec<Place>)> = vec![(quad, Vec::with_capacity(parameters.len()))];
         for (index, &place) in parameters.iter().enumerate() {
             let (ruler, place) = self.ruler(quad, place);
@@ -313,11 +358,8 @@ impl OnDemand for SubdivisionSurface {
             self.with_limit(*ruler, |limit| {
                 limit.samples(places, !self.displacement.is_none(), &mut samples)
             });
-            for &(index, place) in places {
-                let Sample { point, normal } = samples[index];
-                let uv = || self.uv(*ruler, place);
-                points[first + index] = rounded(self.displacement.displaced(point, normal, uv));
-            }
+            let (from, to) = (&samples[..], &mut points[first..]);
+            dispatch!(Level::new(), simd => self.displace(simd, *ruler, (places, from), to, &mut cells));
         }
     }
 

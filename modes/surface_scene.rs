@@ -112,11 +112,11 @@ impl SurfaceScene {
         let surfaces = if options.subdivide {
             let surface = SubdivisionSurface::new(&scene, &Creases::default(), options.displacement);
             first_triangles = surface.first_triangles().to_vec();
-            Surfaces::Subdivided(surface)
+            Surfaces::Subdivided(Box::new(surface))
         } else {
             let surface = DisplacedMesh::new(&scene, options.displacement);
             first_triangles = surface.first_triangles().to_vec();
-            Surfaces::Displaced(surface)
+            Surfaces::Displaced(Box::new(surface))
         };
         let colours = scene.objects.iter().map(|object| {
             // In range: faces have 32-bit ids.

@@ -12,9 +12,9 @@ pub enum Surfaces {
     /// Bicubic Bézier patches.
     Patches(BezierPatches),
     /// Polygons, displaced or as they are.
-    Displaced(DisplacedMesh),
+    Displaced(Box<DisplacedMesh>),
     /// A Catmull-Clark surface, displaced or as it is.
-    Subdivided(SubdivisionSurface),
+    Subdivided(Box<SubdivisionSurface>),
     /// `builtin:terrain`.
     Terrain(Terrain),
     /// `builtin:field`.
@@ -89,10 +89,10 @@ impl OnDemand for Surfaces {
         match (self, object) {
             (Self::Patches(s), SurfaceObject::Node(o)) => wrapped(s, o, spacing, SurfaceObject::Node, parts),
             (Self::Displaced(s), SurfaceObject::Face(o)) => {
-                wrapped(s, o, spacing, SurfaceObject::Face, parts)
+                wrapped(s.as_ref(), o, spacing, SurfaceObject::Face, parts)
             }
             (Self::Subdivided(s), SurfaceObject::Node(o)) => {
-                wrapped(s, o, spacing, SurfaceObject::Node, parts)
+                wrapped(s.as_ref(), o, spacing, SurfaceObject::Node, parts)
             }
             (Self::Field(s), SurfaceObject::Field(o)) => wrapped(s, o, spacing, SurfaceObject::Field, parts),
             _ => false,

@@ -10,11 +10,13 @@
 //! Based on: Ken Musgrave, Craig Kolb and Robert Mace, "The Synthesis and Rendering of Eroded Fractal Terrains", 1989; Ramon Moore,
 //! "Interval Analysis", 1966.
 
+use fearless_simd::prelude::*;
 use glam::DVec3;
 use umbel_core::{Aabb, Domain, OnDemand};
 
-use crate::extent::{Extent, rounded};
+use crate::extent::Extent;
 use crate::plane_noise::{Cursor, PlaneNoise, Rectangle};
+use crate::point_lanes::{LaneMap, Lanes, PointLanes, map_points};
 
 /// Octaves of the noise.
 const OCTAVES: usize = 24;
@@ -22,6 +24,8 @@ const OCTAVES: usize = 24;
 const HALF_SIDE: f64 = 4096.0;
 /// Patches along each side: 512 metres each.
 const PATCHES: u32 = 16;
+/// The side of one.
+const SIDE: f64 = 2.0 * HALF_SIDE / PATCHES as f64;
 /// What the sum of octaves is multiplied with, in metres.
 const HEIGHT: f64 = 380.0;
 /// The noise: the first octave has cells of 2048 metres.
@@ -100,11 +104,7 @@ impl OnDemand for Terrain {
     }
 
     fn evaluate(&self, patch: &u32, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
-        let mut noise = NOISE.cursor();
-        points.extend(parameters.iter().map(|&parameters| {
-            let [x, z] = place(*patch, parameters);
-            rounded(DVec3::new(x, height(&mut noise, [x, z]), z))
-        }));
+        map_points(&mut Land { patch: *patch, noise: NOISE.cursor() }, parameters, points);
     }
 
     fn id(&self, patch: &u32) -> u32 {
@@ -112,9 +112,33 @@ impl OnDemand for Terrain {
     }
 }
 
+/// A patch, to be asked for points.
+struct Land {
+    patch: u32,
+    noise: Cursor<OCTAVES>,
+}
+
+impl LaneMap for Land {
+    #[inline(always)]
+    fn points<S: Simd>(&mut self, simd: S, [u, v]: [Lanes<S>; 2]) -> PointLanes<S> {
+        // The steps of `place` and `height`.
+        let (column, row) = (f64::from(self.patch % PATCHES), f64::from(self.patch / PATCHES));
+        let (x, z) = ((u + column) * SIDE - HALF_SIDE, HALF_SIDE - (v + row) * SIDE);
+        let (mut sum, mut weight) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, 1.0));
+        let mut amplitude = 1.0;
+        for octave in 0..OCTAVES as u32 {
+            let crest = 1.0 - (2.0 * self.noise.lanes(simd, octave, [x, z]) - 1.0).abs();
+            let signal = crest * crest * weight;
+            sum += signal * amplitude;
+            weight = (2.0 * signal).min(1.0);
+            amplitude *= 0.5;
+        }
+        [x, sum * HEIGHT, z]
+    }
+}
+
 /// Where parameters of a patch lie: exact, so that patches meet.
 fn place(patch: u32, [u, v]: [f64; 2]) -> [f64; 2] {
-    let side = 2.0 * HALF_SIDE / f64::from(PATCHES);
     let (column, row) = (f64::from(patch % PATCHES), f64::from(patch / PATCHES));
-    [(column + u) * side - HALF_SIDE, HALF_SIDE - (row + v) * side]
+    [(column + u) * SIDE - HALF_SIDE, HALF_SIDE - (row + v) * SIDE]
 }

@@ -11,9 +11,9 @@ use crate::picture::extension;
 
 #[derive(Debug, Args)]
 pub(crate) struct TradeArgs {
-    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
-    #[arg(default_value = "builtin:umbel")]
-    pub(crate) scene: String,
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell; for reyes also a .bpt
+    /// file, builtin:teapot, builtin:terrain or builtin:field [default: builtin:umbel, and builtin:teapot]
+    pub(crate) scene: Option<String>,
 
     /// The verb whose settings are measured
     #[arg(long, value_enum, default_value = "render")]
@@ -39,8 +39,8 @@ pub(crate) struct TradeArgs {
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) rounds: u32,
 
-    /// Samples per pixel (render) or rays per receiver (bake) of the reference that errors are measured against
-    /// [default: 256, and 1024]
+    /// Samples per pixel (render, reyes) or rays per receiver (bake) of the reference that errors are measured against
+    /// [default: 256, 64, and 1024]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(crate) reference: Option<u32>,
 
@@ -55,6 +55,7 @@ pub(crate) enum ModeArg {
     Render,
     Shadow,
     Bake,
+    Reyes,
 }
 
 impl ModeArg {
@@ -64,6 +65,7 @@ impl ModeArg {
             Self::Render => "render",
             Self::Shadow => "shadow",
             Self::Bake => "bake",
+            Self::Reyes => "reyes",
         }
     }
 }
@@ -77,7 +79,8 @@ impl TradeArgs {
                 "--reference: the exact mask is the reference of shadows, and has no number of samples",
             ),
             (
-                self.mode == ModeArg::Render && self.reference.is_some_and(|samples| samples > 4096),
+                matches!(self.mode, ModeArg::Render | ModeArg::Reyes)
+                    && self.reference.is_some_and(|samples| samples > 4096),
                 "--reference: a pixel takes at most 4096 samples",
             ),
             (common.repeat > 1, "--repeat: trade has --rounds, in which all settings take turns"),
@@ -101,6 +104,16 @@ impl TradeArgs {
 
     /// Samples or rays of the reference.
     pub(crate) fn reference(&self) -> u32 {
-        self.reference.unwrap_or(if self.mode == ModeArg::Bake { 1024 } else { 256 })
+        self.reference.unwrap_or(match self.mode {
+            ModeArg::Bake => 1024,
+            ModeArg::Reyes => 64,
+            ModeArg::Render | ModeArg::Shadow => 256,
+        })
+    }
+
+    /// The scene that was asked for, or the default.
+    pub(crate) fn scene(&self) -> &str {
+        let default = if self.mode == ModeArg::Reyes { "builtin:teapot" } else { "builtin:umbel" };
+        self.scene.as_deref().unwrap_or(default)
     }
 }

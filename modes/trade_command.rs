@@ -11,8 +11,10 @@ use crate::bake_command::{make_plan, occluders};
 use crate::bake_source::Source;
 use crate::cli::{Cli, Command, Common};
 use crate::commands::{PIXEL_BYTES, SHADOW_BYTES, limit_memory, load_scene, progress};
-use crate::knobs::{Changes, Setting, settings};
+use crate::knobs::{Changes, REFERENCE_RATE, Setting, settings};
 use crate::report::Times;
+use crate::reyes_args::ReyesArgs;
+use crate::reyes_command::SURFACE_BYTES;
 use crate::trade_args::{ModeArg, TradeArgs};
 use crate::trade_picture::Canvas;
 use crate::trade_report::{Findings, Measured, Rounded};
@@ -47,7 +49,10 @@ pub(crate) fn trade(args: &TradeArgs, common: &Common) -> Result<(), Error> {
     args.check(common)?;
     args.outputs().try_for_each(|path| check_output(path))?;
     let base = parse(&words(args, common, &output_words(args)))?;
-    let scene = load_scene(&args.scene, common, &mut Times::default())?;
+    if let Command::Reyes(verb) = &base.command {
+        return trade_reyes(args, common, verb);
+    }
+    let scene = load_scene(args.scene(), common, &mut Times::default())?;
     match &base.command {
         Command::Shadow(verb) => {
             let camera = verb.camera.camera_beside_cube(&scene)?;
@@ -75,8 +80,19 @@ pub(crate) fn trade(args: &TradeArgs, common: &Common) -> Result<(), Error> {
             let canvas = Canvas::of_camera(&camera, false);
             measure(args, common, &scene, &Subject::Render(&scene), (&canvas, false))
         }
-        _ => Err(Error::Usage("trade measures render, shadow or bake".into())),
+        _ => Err(Error::Usage("trade measures render, shadow, bake or reyes".into())),
     }
+}
+
+/// `umbel trade --mode reyes`.
+fn trade_reyes(args: &TradeArgs, common: &Common, verb: &ReyesArgs) -> Result<(), Error> {
+    let surfaces = verb.load(common)?;
+    let camera = verb.framing(&surfaces)?;
+    let named = Scene { name: surfaces.name.clone(), ..Scene::default() };
+    let pixels = u64::from(camera.width) * u64::from(camera.rows());
+    limit_memory(pixels * (ITEM_BYTES + PIXEL_BYTES + SURFACE_BYTES), &named, "--size", common)?;
+    let canvas = Canvas::of_camera(&camera, false);
+    measure(args, common, &named, &Subject::Reyes(&surfaces), (&canvas, false))
 }
 
 /// The output that every setting has, so that its command line can be run.
@@ -90,7 +106,7 @@ fn output_of(args: &TradeArgs) -> &'static str {
     let asks_where =
         args.shared.iter().any(|word| word.starts_with("--texels") || word.starts_with("--points"));
     match args.mode {
-        ModeArg::Render => "-o picture.npy",
+        ModeArg::Render | ModeArg::Reyes => "-o picture.npy",
         ModeArg::Shadow => "--mask mask.npy",
         // What every scene has.
         ModeArg::Bake if !asks_where && !args.shared.iter().any(|word| word == "--vertices") => {
@@ -102,7 +118,7 @@ fn output_of(args: &TradeArgs) -> &'static str {
 
 /// The words of a command line with some options of its own.
 fn words(args: &TradeArgs, common: &Common, own: &[String]) -> Vec<String> {
-    let first = [args.mode.verb(), &args.scene].map(str::to_owned);
+    let first = [args.mode.verb(), args.scene()].map(str::to_owned);
     first
         .into_iter()
         .chain(common.words())
@@ -124,6 +140,10 @@ fn parse(words: &[String]) -> Result<Cli, Error> {
         Command::Shadow(verb) => verb.check()?,
         Command::Bake(verb) => verb.check()?,
         Command::Render(verb) => _ = verb.picture.checked_output()?,
+        Command::Reyes(verb) => {
+            verb.check()?;
+            verb.picture.checked_output()?;
+        }
         _ => {}
     }
     Ok(cli)
@@ -143,6 +163,10 @@ fn measure(
         ModeArg::Render => words(args, common, &more("--samples")),
         ModeArg::Shadow => words(args, common, &own),
         ModeArg::Bake => words(args, common, &more("--rays")),
+        ModeArg::Reyes => {
+            let rate = ["--shading-rate", REFERENCE_RATE].map(str::to_owned);
+            words(args, common, &[more("--samples"), rate.to_vec()].concat())
+        }
     };
     let fixed = |word: &String| common.words().contains(word) || args.shared.contains(word);
     // What the user fixes is not varied.
@@ -153,8 +177,7 @@ fn measure(
     let varied: Vec<Setting> =
         settings(args.mode, has_cubes, output_of(args)).into_iter().filter(is_free).collect();
     let Some(default) = varied.iter().position(|setting| setting.is_default) else {
-        let what =
-            "--samples of render and --rays of bake are varied by trade itself: leave them out behind --";
+        let what = "--samples of render and reyes, --shading-rate of reyes and --rays of bake are varied by trade itself: leave them out behind --";
         return Err(Error::Usage(what.into()));
     };
     let mut points =

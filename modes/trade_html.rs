@@ -39,7 +39,9 @@ pub(crate) fn page(found: &Findings) -> Markup {
             body {
                 h1 { (title) }
                 p {
-                    "The scene has " (found.triangles) " triangles and " (found.vertices) " vertices. "
+                    @if found.triangles > 0 {
+                        "The scene has " (found.triangles) " triangles and " (found.vertices) " vertices. "
+                    }
                     (what_was_measured(found))
                 }
                 (answer(found))

@@ -6,14 +6,15 @@
 use rayon::prelude::*;
 use umbel::{
     Bake, BakeOptions, Camera, CubeMap, Error, Frame, Hits, MaskCounts, Options, Origin, Receivers,
-    SampleSet, Scene, Shot, Triangles, VisibilityBuffer, closest_hit, cube_map, glam::DVec3, preview_lit,
-    receivers,
+    SampleSet, Scene, Shot, SurfaceScene, Triangles, VisibilityBuffer, closest_hit, cube_map, glam::DVec3,
+    preview_lit, receivers, surface_preview, surface_visibility,
 };
 
 use crate::bake_command;
 use crate::bake_source::{Source, Values};
 use crate::cli::{Cli, Command, Common, RenderArgs};
 use crate::report::{Times, timed};
+use crate::reyes_args::ReyesArgs;
 use crate::shadow_args::ShadowArgs;
 
 /// What the seed of a reference differs by.
@@ -50,6 +51,7 @@ pub(crate) enum Subject<'a> {
     Render(&'a Scene),
     Shadow(ShadowSubject<'a>),
     Bake(BakeSubject<'a>),
+    Reyes(&'a SurfaceScene),
 }
 
 impl Subject<'_> {
@@ -61,6 +63,7 @@ impl Subject<'_> {
             (Self::Bake(subject), Command::Bake(args)) => {
                 subject.run(args.options(subject.scene), &cli.common)
             }
+            (Self::Reyes(scene), Command::Reyes(args)) => reyes(scene, args, &cli.common),
             _ => Err(Error::Usage("trade runs one verb at a time".into())),
         }
     }
@@ -80,7 +83,7 @@ impl Subject<'_> {
 
     /// Numbers of an item.
     pub(crate) fn channels(&self) -> usize {
-        if matches!(self, Self::Render(_)) { 3 } else { 1 }
+        if matches!(self, Self::Render(_) | Self::Reyes(_)) { 3 } else { 1 }
     }
 }
 
@@ -99,6 +102,21 @@ fn render(scene: &Scene, args: &RenderArgs, common: &Common) -> Result<Answer, E
         Ok((buffer, values))
     })?;
     Ok(Answer { values, ids: buffer.ids(), ts: buffer.ts(), milliseconds })
+}
+
+/// Pixels of surfaces on demand: ids, t, and the linear preview.
+fn reyes(scene: &SurfaceScene, args: &ReyesArgs, common: &Common) -> Result<Answer, Error> {
+    let camera = args.framing(scene)?;
+    let shot = camera.shot()?;
+    let (options, dicing, samples) = (common.options(), args.dicing(), args.picture.samples);
+    let mut milliseconds = 0.0;
+    let (buffer, values) = timed(&mut milliseconds, || -> Result<_, Error> {
+        let (buffer, _) = surface_visibility(scene, shot, camera.pixels(), &dicing, &options)?;
+        let values = surface_preview(scene, &camera, &buffer, samples, (&dicing, &options), |_| ())?;
+        Ok((buffer, values))
+    })?;
+    let (ids, ts) = (buffer.hits.ids().to_vec(), buffer.hits.ts().to_vec());
+    Ok(Answer { values, ids, ts, milliseconds })
 }
 
 /// What a camera sees, for shadows on it.

@@ -1,5 +1,6 @@
 //! The sentences of the page of `umbel trade`: what was measured, what the words mean, and which knobs are no trade.
 
+use crate::knobs::REFERENCE_RATE;
 use crate::trade_args::ModeArg;
 use crate::trade_report::Findings;
 
@@ -19,6 +20,13 @@ pub(crate) fn what_was_measured(found: &Findings) -> String {
              the light gets; pixels are then looked up in it. Its time is that of making the map and of looking up. \
              A pixel is 1 where light arrives and 0 in shadow. The error of a setting is how far it is from the exact \
              mask. {items} pixels that see a surface were compared."
+        ),
+        ModeArg::Reyes => format!(
+            "A picture of surfaces that are made on demand was rendered with several settings. A smaller shading rate makes \
+             smaller micropolygons, which follow the surface more closely; more samples per pixel make edges smoother. Both \
+             take longer. The error of a setting is how far its colours are from those of the same picture with {reference} \
+             samples per pixel and a shading rate of {REFERENCE_RATE}. Colours run from 0 (black) to 1 (white). {items} \
+             pixels were compared."
         ),
         ModeArg::Bake => format!(
             "For each of {items} points on the surface of the scene (receivers), rays are sent out to see how much of the sky \
@@ -81,6 +89,10 @@ pub(crate) fn choices(mode: ModeArg) -> &'static [(&'static str, &'static str)] 
         ModeArg::Render => &[
             ("--size", "how many pixels there are: time grows with them, more slowly than their number"),
             ("--light, --sun", "each light adds the time of its shadows"),
+        ],
+        ModeArg::Reyes => &[
+            ("--size", "how many pixels there are: micropolygons and time grow with them"),
+            ("--displace, --height, --subdivide", "what the surface is: rough ones cost more"),
         ],
         ModeArg::Shadow => &[
             ("--size", "how many pixels ask: the time of the exact mask grows with them"),

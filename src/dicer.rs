@@ -93,15 +93,15 @@ impl<'a, S: OnDemand> Dicer<'a, S> {
             + self.points.capacity() * size_of::<[f32; 3]>()
     }
 
-    /// Appends the parts of a piece that is not ready; one that turns out to be ready is its own part. `bounds` is the box
-    /// of the piece.
+    /// Appends the parts of a piece that is not ready. One that turns out to be ready has none: it is returned. `bounds` is
+    /// the box of the piece.
     pub(crate) fn open(
         &mut self,
         piece: &Piece<S::Object>,
         bounds: &Aabb,
         parts: &mut Vec<Piece<S::Object>>,
         stats: &mut Stats,
-    ) {
+    ) -> Option<Piece<S::Object>> {
         let object = piece.object;
         let whole = match piece.part {
             Some(part) => part,
@@ -110,7 +110,7 @@ impl<'a, S: OnDemand> Dicer<'a, S> {
                 if self.surfaces.expand(&object, self.density.spacing(bounds), &mut self.objects) {
                     stats.surfaces_expanded += 1;
                     parts.extend(self.objects.iter().map(|&object| Piece::of(object)));
-                    return;
+                    return None;
                 }
                 let mut whole = SubPatch::WHOLE;
                 self.measure(&object, &mut whole);
@@ -118,8 +118,7 @@ impl<'a, S: OnDemand> Dicer<'a, S> {
             }
         };
         let Some(axis) = whole.must_split() else {
-            parts.push(Piece { object, part: Some(whole) });
-            return;
+            return Some(Piece { object, part: Some(whole) });
         };
         stats.surfaces_split += 1;
         for second in [false, true] {
@@ -127,6 +126,7 @@ impl<'a, S: OnDemand> Dicer<'a, S> {
             self.measure(&object, &mut half);
             parts.push(Piece { object, part: Some(half) });
         }
+        None
     }
 
     /// Measures the lines of a part that have no rates.

@@ -91,7 +91,7 @@ pub(crate) struct Item<O> {
     /// A lower bound of t on the rays within the box.
     pub(crate) t: f64,
     /// About how large the box looks.
-    size: f64,
+    pub(crate) size: f64,
 }
 
 /// What all rays of a film share.
@@ -214,9 +214,12 @@ impl<'a, S: OnDemand> FilmQuery<'_, 'a, S> {
             let closed = (0..objects.len()).filter(|&place| objects[place].piece.ready().is_none());
             let size = |&one: &usize, &other: &usize| objects[one].size.total_cmp(&objects[other].size);
             let Some(largest) = closed.max_by(size) else { return };
-            let Item { piece, bounds, .. } = objects.swap_remove(largest);
+            let item = objects.swap_remove(largest);
             opened.clear();
-            dicer.open(&piece, &bounds, opened, stats);
+            if let Some(piece) = dicer.open(&item.piece, &item.bounds, opened, stats) {
+                objects.push(Item { piece, ..item });
+                continue;
+            }
             let parts = opened.iter().map(|piece| Item::new(*piece, self.surfaces));
             objects.extend(parts.filter_map(|part| enter(&part, frustum, stats)));
         }

@@ -57,7 +57,11 @@ fn open<S: OnDemand>(
 ) {
     let Workspace { dicer, opened, stack, .. } = work;
     opened.clear();
-    dicer.open(&item.piece, &item.bounds, opened, stats);
+    if let Some(piece) = dicer.open(&item.piece, &item.bounds, opened, stats) {
+        // All of a patch: the box is the same.
+        stack.push(Item { piece, ..*item });
+        return;
+    }
     let first = stack.len();
     let parts = opened.iter().map(|piece| Item::new(*piece, query.surfaces));
     stack.extend(parts.filter_map(|part| enter(&part, &tile.frustum, stats)));

@@ -138,6 +138,24 @@ fn pictures_are_measured() {
 }
 
 #[test]
+fn surfaces_on_demand_are_measured() {
+    let (report, page) = measured("--mode reyes --reference 16 -- --size 64x36");
+    assert_eq!((&report["mode"], &report["reference"]), (&"reyes".into(), &16.into()));
+    assert_eq!(report["scene"]["name"], "builtin:teapot");
+    let error = |rate: &str, samples: &str| {
+        let is_it = |point: &&Value| {
+            let series = point["series"].as_str().expect("a name");
+            series.starts_with(&format!("shading rate {rate},")) && point["label"] == samples
+        };
+        let point = points(&report, "points").iter().find(is_it).expect("the point");
+        point["rmse"].as_f64().expect("a number")
+    };
+    // Smaller micropolygons and more samples are both better.
+    assert!(error("0.25", "8") < error("2", "8") && error("0.5", "8") < error("0.5", "1"));
+    assert_eq!(page.elements.iter().filter(|element| *element == "img").count(), 16);
+}
+
+#[test]
 fn shadows_are_measured() {
     let (report, _) = measured("builtin:cornell --mode shadow -- --size 120x90");
     assert_eq!(labelled(&report, "exact mask")["rmse"], 0.0);
