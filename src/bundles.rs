@@ -283,6 +283,9 @@ impl Bundle<'_> {
         let Query { objects, probes, any } = *self.query;
         let Objects { triangles, groups, space, .. } = objects;
         let ids = groups.ids(group);
+        if ids.is_empty() {
+            return;
+        }
         self.stats.triangles_set_up += ids.len() as u64;
         let set_up = RunTriangles::new(simd, triangles, space, ids);
         for &ray in list {

@@ -111,6 +111,10 @@ impl CullingSpace {
         let centre = DVec3::from_array(self.centre.map(f64::from));
         let (origin, direction) = ((ray.origin - centre) * scale, ray.direction * scale);
         let m = direction.abs().max_element();
+        if m == 0.0 {
+            // A segment without length has nothing between its ends.
+            return Cut::Outside;
+        }
         let direction = direction / m;
         if origin.abs().max_element() > FAR {
             return Cut::Far;
