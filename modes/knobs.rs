@@ -18,10 +18,10 @@ const SETS: [&str; 3] = ["shared", "interleaved", "independent"];
 
 /// Edges of micropolygons in pixels, the default second to last, and samples per pixel with each.
 const SHADING_RATES: [(&str, &str); 4] = [
-    ("2", "shading rate 2, samples per pixel"),
-    ("1", "shading rate 1, samples per pixel"),
-    ("0.5", "shading rate 0.5, samples per pixel"),
-    ("0.25", "shading rate 0.25, samples per pixel"),
+    ("2", "shading rate 2, samples"),
+    ("1", "shading rate 1, samples"),
+    ("0.5", "shading rate 0.5, samples"),
+    ("0.25", "shading rate 0.25, samples"),
 ];
 const REYES_SAMPLES: [u32; 4] = [1, 2, 4, 8];
 /// The shading rate of the reference.
