@@ -62,7 +62,9 @@ pub fn blocked(
     check_call(segments.len(), options)?;
     segments.iter().try_for_each(Segment::check)?;
     let mut hits = Hits::missed(segments.len());
-    let stats = in_pool(|| general::intersect(triangles, Probes::Segments(segments), true, &mut hits))?;
+    let stats = in_pool(|| {
+        general::intersect_by(options.partition, triangles, Probes::Segments(segments), true, &mut hits)
+    })?;
     Ok((hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats))
 }
 
@@ -101,7 +103,13 @@ pub(crate) fn run_shadowed(
         }
         Path::General => {
             let mut hits = Hits::missed(receivers.len());
-            let stats = general::intersect(triangles, Probes::Shadows(light, receivers), true, &mut hits);
+            let stats = general::intersect_by(
+                options.partition,
+                triangles,
+                Probes::Shadows(light, receivers),
+                true,
+                &mut hits,
+            );
             (hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats)
         }
     })
@@ -180,7 +188,9 @@ pub(crate) fn run(
             let probes = Probes::Rays(rays);
             match path {
                 Path::Pencil => in_bundles(triangles, probes, (level, any), frame),
-                Path::General => general::intersect(triangles, probes, any, &mut frame.hits),
+                Path::General => {
+                    general::intersect_by(options.partition, triangles, probes, any, &mut frame.hits)
+                }
             }
         }
     })
