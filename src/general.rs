@@ -44,6 +44,9 @@ const LOPSIDED: usize = 8;
 
 /// Whole runs of a given order stay together.
 const RUN: usize = 64;
+/// A given order is followed while the boxes of both halves have at most this many times the area of their parent's: halves of
+/// a cube have 4/3, those of a random order 2.
+const COHERENT: f64 = 1.75;
 /// What a step reads of an object: its place, its vertices and their positions.
 const OBJECT_BYTES: usize = size_of::<u32>() + size_of::<[u32; 3]>() + size_of::<[[f32; 3]; 3]>();
 
@@ -129,11 +132,17 @@ impl Query<'_> {
             let split = Split { left: left.len(), axis: halves.axis, ascending: true, sampled: None };
             return stats.plus(self.descend(rays, [left, right], halves.bounds, split));
         }
-        let split = self.split(rays, objects, bounds, &mut stats);
+        let mut split = self.split(rays, objects, bounds, &mut stats);
         let (left, right) = objects.split_at_mut(split.left);
         // In a voxel, only what lies within it.
         let boxes = [&*left, &*right].map(|side| bounds_of(self.triangles, side).common(*bounds));
-        let split = if self.partition == Partition::Given { in_space(split, &boxes) } else { split };
+        if self.partition == Partition::Given {
+            if !separates(bounds, &boxes) {
+                let query = Query { partition: Partition::Middle, ..*self };
+                return stats.plus(query.recurse(rays, objects, bounds, true));
+            }
+            split = in_space(split, &boxes);
+        }
         stats.plus(self.descend(rays, [left, right], boxes, split))
     }
 
@@ -242,6 +251,15 @@ impl Query<'_> {
         }
         stats
     }
+}
+
+/// Whether two sides have so much smaller boxes than both together that fewer rays meet each: a given order is coherent.
+fn separates(bounds: &Aabb, boxes: &[Aabb; 2]) -> bool {
+    let area = |bounds: &Aabb| {
+        let [x, y, z] = bounds.extent();
+        x * y + y * z + z * x
+    };
+    area(&boxes[0]) + area(&boxes[1]) <= COHERENT * area(bounds)
 }
 
 /// The order of two sides in space: along the axis on which their centres lie farthest apart.

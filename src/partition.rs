@@ -20,7 +20,7 @@ pub enum Partition {
     #[default]
     Middle,
     /// As they are given: halves of the slice, whole runs of 64. Good where neighbours in the file are neighbours in space, as
-    /// the objects and groups of a scene graph are.
+    /// the objects and groups of a scene graph are; where their boxes overlap too much, as [`Partition::Middle`] from there on.
     Given,
     /// By space: the halves of a voxel, each with the triangles that reach into it. A triangle may be in both. Where that
     /// does not reduce the work, as [`Partition::Middle`].
