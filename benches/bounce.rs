@@ -23,7 +23,8 @@ pub(crate) fn run(args: &BounceArgs, common: &Common) -> Result<()> {
     counts.sort_unstable();
     counts.dedup();
     let mut compared = comparison::measure("bounce", &args.compared, common, &counts, |view, rays| {
-        Bounce::new(view, rays, args.seed, args.shuffled)
+        let bounce = Bounce::new(view, rays, args.seed, args.shuffled)?;
+        Ok(Bounce { partitions: args.partitions, ..bounce })
     })?;
     let growths = crossover::growths(&compared.rows);
     if counts.len() > 1 {
@@ -45,6 +46,8 @@ const WIDEST: f64 = 16384.0;
 pub(crate) struct Bounce {
     pub(crate) model: Model,
     shuffled: bool,
+    /// Whether the general path runs too, with each of its partitions.
+    pub(crate) partitions: bool,
     /// The rays as umbel takes them.
     pub(crate) exact: Vec<Ray>,
     /// The same for the others.
@@ -62,7 +65,7 @@ impl Bounce {
         if shuffled {
             rays.shuffle(seed);
         }
-        Ok(Self { model, shuffled, exact: rays.exact(), rays })
+        Ok(Self { model, shuffled, partitions: false, exact: rays.exact(), rays })
     }
 }
 

@@ -151,6 +151,10 @@ pub(crate) struct BounceArgs {
     #[arg(long)]
     pub(crate) shuffled: bool,
 
+    /// Run the general path too, with each of its partitions
+    #[arg(long)]
+    pub(crate) partitions: bool,
+
     /// Other directions, and another shuffling
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,

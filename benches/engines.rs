@@ -148,7 +148,7 @@ impl Engines {
     /// Those that trace rays that share nothing: umbel first, then all others whose names are wanted.
     #[cfg_attr(
         not(any(feature = "embree", feature = "obvhs")),
-        expect(unused_mut, unused_variables, reason = "umbel is alone")
+        expect(unused_variables, reason = "umbel is alone")
     )]
     pub(crate) fn for_bounces(
         &self,
@@ -156,6 +156,11 @@ impl Engines {
         wanted: impl Fn(&str) -> bool,
     ) -> Result<Vec<Box<dyn Engine<Bounce>>>> {
         let mut engines: Vec<Box<dyn Engine<Bounce>>> = vec![Box::new(Umbel::from_scratch())];
+        if bounce.partitions {
+            for partitioned in Umbel::partitioned() {
+                engines.push(Box::new(partitioned));
+            }
+        }
         #[cfg(feature = "embree")]
         if let Some(device) = &self.embree {
             engines.extend(crate::embree_engine::variants(device, bounce, &[1, 8, 16], &wanted)?);

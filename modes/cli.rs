@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use umbel::{Accuracy, Isa, Options, Path};
+use umbel::{Accuracy, Isa, Options, Partition, Path};
 
 use crate::bake_args::BakeArgs;
 use crate::bounce_args::BounceArgs;
@@ -44,6 +44,11 @@ pub(crate) struct Common {
     /// pencil: one bound stands for many rays. general: every ray by itself. Both give the same output
     #[arg(long, global = true, value_enum, default_value = "pencil")]
     pub(crate) path: PathArg,
+
+    /// How --path general divides triangles: at the middle of the longest side, as the file gives them, by space, or by cost
+    /// from a sample of the rays. Never changes an output; only time, and the memory of spatial
+    #[arg(long, global = true, value_enum, default_value = "middle")]
+    pub(crate) partition: PartitionArg,
 
     /// Instructions of the kernels. Never changes an output; what the machine lacks is refused
     #[arg(long, global = true, value_enum, default_value = "auto")]
@@ -96,6 +101,12 @@ impl Common {
                 PathArg::Pencil => Path::Pencil,
                 PathArg::General => Path::General,
             },
+            partition: match self.partition {
+                PartitionArg::Middle => Partition::Middle,
+                PartitionArg::Given => Partition::Given,
+                PartitionArg::Spatial => Partition::Spatial,
+                PartitionArg::Sampled => Partition::Sampled,
+            },
             accuracy: match self.accuracy {
                 AccuracyArg::Exact => Accuracy::Exact,
                 AccuracyArg::Fast => Accuracy::Fast,
@@ -133,6 +144,14 @@ pub(crate) enum AccuracyArg {
 pub(crate) enum PathArg {
     Pencil,
     General,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PartitionArg {
+    Middle,
+    Given,
+    Spatial,
+    Sampled,
 }
 
 #[derive(Debug, Subcommand)]

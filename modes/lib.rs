@@ -22,9 +22,10 @@
 
 pub use umbel_core::{
     Aabb, Above, Accuracy, Cone, DicedTriangles, Dicing, Domain, Film, Frame, Frustum, GridFilm, Grouping,
-    Hemisphere, Hit, Hits, Isa, NO_TRIANGLE, Occlusion, OnDemand, OpenRays, Options, Origin, Path, Pencil,
-    Ray, RaySample, RaySamples, Rays, Receiver, Segment, Side, Stats, SurfaceHits, TileStats, TriangleId,
-    Triangles, any_hit, blocked, closest_hit, closest_hit_on_demand, dice_all, glam, open_rays, shadowed,
+    Hemisphere, Hit, Hits, Isa, NO_TRIANGLE, Occlusion, OnDemand, OpenRays, Options, Origin, Partition, Path,
+    Pencil, Ray, RaySample, RaySamples, Rays, Receiver, Segment, Side, Stats, SurfaceHits, TileStats,
+    TriangleId, Triangles, any_hit, blocked, closest_hit, closest_hit_on_demand, dice_all, glam, open_rays,
+    shadowed,
 };
 
 mod ambient;

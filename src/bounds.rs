@@ -1,23 +1,14 @@
-//! Axis-aligned boxes, and the slab test of one ray against one box.
+//! Axis-aligned boxes.
 //!
-//! A box is the closed set lo ≤ x ≤ hi. A cull by a box may keep what is missed and never drops what is hit.
-//!
-//! Based on: Timothy Kay and James Kajiya, "Ray Tracing Complex Scenes", 1986 (slabs); Thiago Ize, "Robust BVH Ray
-//! Traversal", 2013 (rounding).
-
-use std::cmp::Ordering;
+//! A box is the closed set lo ≤ x ≤ hi. A cull by a box may keep what is missed and never drops what is hit: see
+//! [`crate::slabs`] for one ray.
 
 use glam::DVec3;
 
-use crate::Ray;
 use crate::triangles::widen;
 
 /// The unit roundoff of f64: one correctly rounded operation errs by at most this factor.
 pub(crate) const U: f64 = f64::EPSILON / 2.0;
-
-/// A slab distance (b − o)/d is one subtraction and one division, and d may be a rounded difference: three roundings. As
-/// much again leaves room for forming the slack itself.
-const SLAB_SLACK: f64 = 6.0 * U;
 
 /// An axis-aligned box: the closed set `lo ≤ x ≤ hi`. Empty when `lo > hi`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,6 +40,16 @@ impl Aabb {
         for k in 0..3 {
             bounds.lo[k] = if other.lo[k] < self.lo[k] { other.lo[k] } else { self.lo[k] };
             bounds.hi[k] = if other.hi[k] > self.hi[k] { other.hi[k] } else { self.hi[k] };
+        }
+        bounds
+    }
+
+    /// What both hold.
+    pub(crate) fn common(self, other: Self) -> Self {
+        let mut bounds = self;
+        for k in 0..3 {
+            bounds.lo[k] = if other.lo[k] > self.lo[k] { other.lo[k] } else { self.lo[k] };
+            bounds.hi[k] = if other.hi[k] < self.hi[k] { other.hi[k] } else { self.hi[k] };
         }
         bounds
     }
@@ -93,31 +94,5 @@ impl Aabb {
     pub(crate) fn reach(&self, base: DVec3) -> DVec3 {
         let (lo, hi) = self.corners();
         (lo - base).abs().max((hi - base).abs()) * (1.0 + 4.0 * U)
-    }
-
-    /// Whether the ray may meet the box at some t in \[t_min, t_max\]; `t_max` here may be less than the ray's own.
-    ///
-    /// Keeps on NaN and overflow: every drop is a strict comparison of rounded-outward bounds.
-    pub(crate) fn may_meet(&self, ray: &Ray, t_max: f64) -> bool {
-        let (lo, hi) = self.corners();
-        let (mut enter, mut leave) = (ray.t_min, t_max);
-        for k in 0..3 {
-            let (o, d) = (ray.origin[k], ray.direction[k]);
-            if d == 0.0 {
-                if o < lo[k] || o > hi[k] {
-                    return false;
-                }
-                continue;
-            }
-            let (first, second) = if d > 0.0 { (lo[k], hi[k]) } else { (hi[k], lo[k]) };
-            let near = (first - o) / d;
-            let far = (second - o) / d;
-            let near = near - near.abs() * SLAB_SLACK;
-            let far = far + far.abs() * SLAB_SLACK;
-            enter = if near > enter { near } else { enter };
-            leave = if far < leave { far } else { leave };
-        }
-        // NaN keeps the box.
-        enter.partial_cmp(&leave) != Some(Ordering::Greater)
     }
 }

@@ -4,27 +4,31 @@
 //! intersect(rays, objects):
 //!     rays <- those of `rays` that may meet bounds(objects)
 //!     if few rays or few objects: test all pairs
-//!     else: split the objects at the middle of the longest side into L and R, the rays by the sign of their direction
-//!           along that side into those that meet L first and those that meet R first:
+//!     else: split the objects into L and R, see [`Partition`], the rays by the sign of their direction along the axis of the
+//!           split into those that meet L first and those that meet R first:
 //!           phase 1   (L-first rays, L) and (R-first rays, R) in parallel
 //!           phase 2   (L-first rays, R) and (R-first rays, L) in parallel
 //! ```
 //!
 //! Each phase touches every ray and every object once, so both halves run in parallel without locks, copies or atomics, and
-//! every ray sees its near side first. Rays and objects are permuted in place: 32 bytes per ray, 4 per object.
+//! every ray sees its near side first. Rays and objects are permuted in place: 88 bytes per ray, 4 per object. Voxels
+//! need lists of their own.
 //!
 //! Termination: testing all of r·o pairs is taken to cost no more than one more step when r·o·T ≤ 2rB + oS, with T, B and S
 //! the costs of a pair, of a ray against a box and of moving an object. Their ratios 3 : 2 : 4 are estimates from operation
-//! counts; they have not been tuned by measurement yet, and change time only.
+//! counts, and change time only.
 //!
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
 //! 2011, Algorithm 1; Benjamin Mora, "Naive Ray-Tracing: A Divide-and-Conquer Approach", 2011 (streaming in place).
 
 use std::mem::size_of;
 
+use crate::partition::Split;
 use crate::predicates::Distance;
 use crate::probes::{Nearest, Probes};
-use crate::{Aabb, Hits, Stats, Triangles};
+use crate::slabs::Slabs;
+use crate::voxels::{Halves, Ledger};
+use crate::{Aabb, Hits, Partition, Stats, Triangles, sampled_split};
 
 /// Relative cost of one ray against one triangle.
 const PAIR_COST: usize = 3;
@@ -38,11 +42,20 @@ const PARALLEL_PAIRS: usize = 1 << 16;
 /// is at most log(n)/log(8/7), 166 steps for 2³² objects: any stack holds that.
 const LOPSIDED: usize = 8;
 
+/// Whole runs of a given order stay together.
+const RUN: usize = 64;
+/// A given order is followed while the boxes of both halves have at most this many times the area of their parent's: halves of
+/// a cube have 4/3, those of a random order 2.
+const COHERENT: f64 = 1.75;
+/// What a step reads of an object: its place, its vertices and their positions.
+const OBJECT_BYTES: usize = size_of::<u32>() + size_of::<[u32; 3]>() + size_of::<[[f32; 3]; 3]>();
+
 /// A ray on its way down, with the nearest hit so far.
 #[derive(Debug, Clone, Copy)]
-struct Active {
+pub(crate) struct Active {
+    pub(crate) slabs: Slabs,
+    pub(crate) nearest: Nearest,
     ray: u32,
-    nearest: Nearest,
 }
 
 /// The query that all steps share.
@@ -51,22 +64,39 @@ struct Query<'a> {
     triangles: &'a Triangles<'a>,
     probes: Probes<'a>,
     any: bool,
+    partition: Partition,
+    ledger: &'a Ledger,
+}
+
+/// Finds the nearest, or any, hit of each ray, with the default partition.
+pub(crate) fn intersect(triangles: &Triangles<'_>, probes: Probes<'_>, any: bool, hits: &mut Hits) -> Stats {
+    intersect_by(Partition::default(), triangles, probes, any, hits)
 }
 
 /// Finds the nearest, or any, hit of each ray.
-pub(crate) fn intersect(triangles: &Triangles<'_>, probes: Probes<'_>, any: bool, hits: &mut Hits) -> Stats {
+pub(crate) fn intersect_by(
+    partition: Partition,
+    triangles: &Triangles<'_>,
+    probes: Probes<'_>,
+    any: bool,
+    hits: &mut Hits,
+) -> Stats {
     // In range: both counts fit u32.
     let mut objects: Vec<u32> = (0..triangles.len() as u32).collect();
-    let start = |ray| Active { ray, nearest: Nearest::none(probes.ray(ray).t_max) };
+    let start = |index| {
+        let ray = probes.ray(index);
+        Active { slabs: Slabs::new(&ray), nearest: Nearest::none(ray.t_max), ray: index }
+    };
     let mut active: Vec<Active> = (0..probes.len() as u32).map(start).collect();
     let bytes = objects.capacity() * size_of::<u32>() + active.capacity() * size_of::<Active>();
 
-    let query = Query { triangles, probes, any };
+    let ledger = Ledger::default();
+    let query = Query { triangles, probes, any, partition, ledger: &ledger };
     let bounds = bounds_of(triangles, &objects);
-    let mut stats = query.recurse(&mut active, &mut objects, &bounds);
-    stats.engine_bytes += bytes as u64;
+    let mut stats = query.recurse(&mut active, &mut objects, &bounds, true);
+    stats.engine_bytes += bytes as u64 + ledger.peak();
 
-    for Active { ray, nearest } in active {
+    for Active { ray, nearest, .. } in active {
         if nearest.is_hit() {
             hits.ids[ray as usize] = nearest.id;
             if !any {
@@ -79,39 +109,83 @@ pub(crate) fn intersect(triangles: &Triangles<'_>, probes: Probes<'_>, any: bool
 }
 
 impl Query<'_> {
-    /// One step of Algorithm 1.
-    fn recurse(&self, rays: &mut [Active], objects: &mut [u32], bounds: &Aabb) -> Stats {
-        let mut stats = Stats { nodes: 1, box_tests: rays.len() as u64, ..Stats::default() };
-        let active = partition(rays, |active| self.may_meet(active, bounds));
-        stats.culled_by_bound += (rays.len() - active) as u64;
-        let rays = &mut rays[..active];
+    /// One step of Algorithm 1. Rays that are not filtered all count as active.
+    fn recurse(&self, rays: &mut [Active], objects: &mut [u32], bounds: &Aabb, filtered: bool) -> Stats {
+        if rays.is_empty() {
+            return Stats::default();
+        }
+        let mut stats = Stats { nodes: 1, ..Stats::default() };
+        stats.touch((size_of_val(rays) + objects.len() * OBJECT_BYTES) as u64);
+        let rays = if filtered { self.filter(rays, bounds, &mut stats) } else { rays };
+        stats.filters_skipped += u64::from(!filtered);
         if rays.is_empty() {
             return stats;
         }
         if self.terminates(rays.len(), objects.len()) {
             return stats.plus(self.leaf(rays, objects));
         }
+        if self.partition == Partition::Spatial
+            && let Some(mut halves) = Halves::new(self.triangles, objects, bounds, self.ledger)
+        {
+            let [left, right] = &mut halves.lists;
+            stats.references_made += (left.len() + right.len()) as u64;
+            let split = Split { left: left.len(), axis: halves.axis, ascending: true, sampled: None };
+            return stats.plus(self.descend(rays, [left, right], halves.bounds, split));
+        }
+        let mut split = self.split(rays, objects, bounds, &mut stats);
+        let (left, right) = objects.split_at_mut(split.left);
+        // In a voxel, only what lies within it.
+        let boxes = [&*left, &*right].map(|side| bounds_of(self.triangles, side).common(*bounds));
+        if self.partition == Partition::Given {
+            if !separates(bounds, &boxes) {
+                let query = Query { partition: Partition::Middle, ..*self };
+                return stats.plus(query.recurse(rays, objects, bounds, true));
+            }
+            split = in_space(split, &boxes);
+        }
+        stats.plus(self.descend(rays, [left, right], boxes, split))
+    }
 
-        let axis = bounds.longest_axis();
-        let parallel = rays.len() * objects.len() > PARALLEL_PAIRS;
-        let (left, right) = self.split(objects, bounds, axis);
-        let (left_box, right_box) = (bounds_of(self.triangles, left), bounds_of(self.triangles, right));
-        let left_first = partition(rays, |active| self.probes.ray(active.ray).direction[axis] >= 0.0);
+    /// Near side first, then the far side with what the near side has found.
+    fn descend(&self, rays: &mut [Active], sides: [&mut [u32]; 2], boxes: [Aabb; 2], split: Split) -> Stats {
+        let [left, right] = sides;
+        let parallel = rays.len() * (left.len() + right.len()) > PARALLEL_PAIRS;
+        let left_first = match split.sampled {
+            // One order for all rays: fewer steps, which cannot run in parallel.
+            Some(sampled) if !parallel => {
+                if sampled.most_ascend == split.ascending {
+                    rays.len()
+                } else {
+                    0
+                }
+            }
+            _ => partition(rays, |active| active.slabs.ascends(split.axis) == split.ascending),
+        };
         let (left_first, right_first) = rays.split_at_mut(left_first);
+        let [skip_left, skip_right] = split.sampled.map_or([false; 2], |sampled| sampled.met_by_most);
 
-        // Near side first, then the far side with what the near side has found.
-        for swapped in [false, true] {
-            let (one, other) = if swapped {
+        let mut stats = Stats::default();
+        for far in [false, true] {
+            let (one, other) = if far {
                 (&mut *right_first, &mut *left_first)
             } else {
                 (&mut *left_first, &mut *right_first)
             };
-            let mut one = || self.recurse(one, left, &left_box);
-            let mut other = || self.recurse(other, right, &right_box);
+            // What the near side has found makes what was sampled out of date.
+            let mut one = || self.recurse(one, left, &boxes[0], far || !skip_left);
+            let mut other = || self.recurse(other, right, &boxes[1], far || !skip_right);
             let (one, other) = if parallel { rayon::join(one, other) } else { (one(), other()) };
             stats = stats.plus(one).plus(other);
         }
         stats
+    }
+
+    /// The rays that may still find something in a box.
+    fn filter<'b>(&self, rays: &'b mut [Active], bounds: &Aabb, stats: &mut Stats) -> &'b mut [Active] {
+        let active = partition(rays, |active| self.may_meet(active, bounds));
+        stats.box_tests += rays.len() as u64;
+        stats.culled_by_bound += (rays.len() - active) as u64;
+        &mut rays[..active]
     }
 
     /// Whether testing all pairs is estimated to cost no more than one more step.
@@ -121,17 +195,32 @@ impl Query<'_> {
 
     /// Whether a ray may still find something in a box.
     fn may_meet(&self, active: &Active, bounds: &Aabb) -> bool {
-        let Active { ray, nearest } = active;
-        !(self.any && nearest.is_hit()) && bounds.may_meet(&self.probes.ray(*ray), nearest.hi)
+        let Active { slabs, nearest, .. } = active;
+        !(self.any && nearest.is_hit()) && slabs.may_meet(bounds, nearest.hi)
+    }
+
+    /// Splits objects in place, as the partition says; both sides hold some.
+    fn split(&self, rays: &[Active], objects: &mut [u32], bounds: &Aabb, stats: &mut Stats) -> Split {
+        let len = objects.len();
+        match self.partition {
+            Partition::Given => {
+                let half = if len > 2 * RUN { (len / 2).next_multiple_of(RUN) } else { len / 2 };
+                Split { left: half, axis: 0, ascending: true, sampled: None }
+            }
+            Partition::Sampled => match sampled_split::split(self.triangles, rays, objects) {
+                Some((split, sampled)) => {
+                    stats.rays_sampled += sampled as u64;
+                    split
+                }
+                None => self.split_at_middle(objects, bounds),
+            },
+            Partition::Middle | Partition::Spatial => self.split_at_middle(objects, bounds),
+        }
     }
 
     /// Splits objects by their centres at the middle of the longest side; at the median where that is lopsided.
-    fn split<'b>(
-        &self,
-        objects: &'b mut [u32],
-        bounds: &Aabb,
-        axis: usize,
-    ) -> (&'b mut [u32], &'b mut [u32]) {
+    fn split_at_middle(&self, objects: &mut [u32], bounds: &Aabb) -> Split {
+        let axis = bounds.longest_axis();
         let centre = |id: u32| self.triangles.bounds(id).centre()[axis];
         let middle = bounds.centre()[axis];
         let mut left = partition(objects, |&id| centre(id) < middle);
@@ -140,24 +229,45 @@ impl Query<'_> {
             left = objects.len() / 2;
             objects.select_nth_unstable_by(left, |&one, &other| centre(one).total_cmp(&centre(other)));
         }
-        objects.split_at_mut(left)
+        Split { left, axis, ascending: true, sampled: None }
     }
 
     /// "DirectlyIntersect": all pairs.
     fn leaf(&self, rays: &mut [Active], objects: &[u32]) -> Stats {
         let mut stats = Stats { triangles_set_up: objects.len() as u64, ..Stats::default() };
-        for &id in objects {
-            for active in rays.iter_mut() {
+        for active in rays {
+            let ray = self.probes.ray(active.ray);
+            for &id in objects {
                 if self.any && active.nearest.is_hit() {
+                    break;
+                }
+                // In another voxel it was found already.
+                if active.nearest.id == id {
                     continue;
                 }
                 stats.samples_tested += 1;
-                let ray = self.probes.ray(active.ray);
                 self.probes.test((active.ray, &ray), id, self.triangles, &mut active.nearest, &mut stats);
             }
         }
         stats
     }
+}
+
+/// Whether two sides have so much smaller boxes than both together that fewer rays meet each: a given order is coherent.
+fn separates(bounds: &Aabb, boxes: &[Aabb; 2]) -> bool {
+    let area = |bounds: &Aabb| {
+        let [x, y, z] = bounds.extent();
+        x * y + y * z + z * x
+    };
+    area(&boxes[0]) + area(&boxes[1]) <= COHERENT * area(bounds)
+}
+
+/// The order of two sides in space: along the axis on which their centres lie farthest apart.
+fn in_space(split: Split, boxes: &[Aabb; 2]) -> Split {
+    let [left, right] = boxes.map(|bounds| bounds.centre());
+    let apart = [0, 1, 2].map(|k| right[k] - left[k]);
+    let axis = (0..3).fold(0, |most, k| if apart[k].abs() > apart[most].abs() { k } else { most });
+    Split { axis, ascending: apart[axis] >= 0.0, ..split }
 }
 
 /// The box of some triangles.
@@ -166,7 +276,7 @@ fn bounds_of(triangles: &Triangles<'_>, objects: &[u32]) -> Aabb {
 }
 
 /// Moves what satisfies the predicate to the front and returns how many those are. O(n), in place.
-fn partition<T>(items: &mut [T], predicate: impl Fn(&T) -> bool) -> usize {
+pub(crate) fn partition<T>(items: &mut [T], predicate: impl Fn(&T) -> bool) -> usize {
     let mut kept = 0;
     for index in 0..items.len() {
         if predicate(&items[index]) {

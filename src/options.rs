@@ -1,6 +1,6 @@
 //! What a caller may choose. Only [`Accuracy`] can change an output; everything else changes time alone.
 
-use crate::Isa;
+use crate::{Isa, Partition};
 
 /// Which recursion answers the question. Both give the same answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -28,6 +28,8 @@ pub enum Accuracy {
 pub struct Options {
     /// Which recursion runs.
     pub path: Path,
+    /// How [`Path::General`] divides the objects. Never changes an output.
+    pub partition: Partition,
     /// What happens where f64 cannot decide.
     pub accuracy: Accuracy,
     /// Which instructions the kernels use. Never changes an output.

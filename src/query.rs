@@ -65,7 +65,7 @@ pub fn blocked(
     let probes = Probes::Segments(segments);
     let stats = in_pool(|| match options.path {
         Path::Pencil => in_bundles(triangles, probes, (level, true), &mut hits),
-        Path::General => general::intersect(triangles, probes, true, &mut hits),
+        Path::General => general::intersect_by(options.partition, triangles, probes, true, &mut hits),
     })?;
     Ok((hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats))
 }
@@ -105,7 +105,13 @@ pub(crate) fn run_shadowed(
         }
         Path::General => {
             let mut hits = Hits::missed(receivers.len());
-            let stats = general::intersect(triangles, Probes::Shadows(light, receivers), true, &mut hits);
+            let stats = general::intersect_by(
+                options.partition,
+                triangles,
+                Probes::Shadows(light, receivers),
+                true,
+                &mut hits,
+            );
             (hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats)
         }
     })
@@ -189,7 +195,9 @@ pub(crate) fn run(
             let probes = Probes::Rays(rays);
             match path {
                 Path::Pencil => in_bundles(triangles, probes, (level, any), &mut frame.hits),
-                Path::General => general::intersect(triangles, probes, any, &mut frame.hits),
+                Path::General => {
+                    general::intersect_by(options.partition, triangles, probes, any, &mut frame.hits)
+                }
             }
         }
     })

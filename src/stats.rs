@@ -25,6 +25,18 @@ pub struct Stats {
     pub ambiguous_coverage: u64,
     /// Pairs of hits whose order f64 could not decide.
     pub ambiguous_order: u64,
+    /// Rays of samples by which the general path has chosen a partition.
+    pub rays_sampled: u64,
+    /// Steps of the general path that did not ask which rays meet a box, as a sample has said that most do.
+    pub filters_skipped: u64,
+    /// References to triangles that the voxels of a spatial partition have made.
+    pub references_made: u64,
+    /// Bytes of rays and objects touched by steps of the general path whose rays and objects are at most 32 KiB.
+    pub bytes_within_32k: u64,
+    /// Those touched by steps beyond that of at most 1 MiB.
+    pub bytes_within_1m: u64,
+    /// Those touched by larger steps.
+    pub bytes_beyond_1m: u64,
     /// Groups of surfaces that were expanded.
     pub surfaces_expanded: u64,
     /// Patches, or parts of them, that were split.
@@ -62,7 +74,7 @@ impl Stats {
 
     /// All counters with their names, in a fixed order: for reports.
     #[must_use]
-    pub fn counters(&self) -> [(&'static str, u64); 19] {
+    pub fn counters(&self) -> [(&'static str, u64); 25] {
         [
             ("nodes", self.nodes),
             ("frustum_tests", self.frustum_tests),
@@ -75,6 +87,12 @@ impl Stats {
             ("doubtful_samples", self.doubtful_samples),
             ("ambiguous_coverage", self.ambiguous_coverage),
             ("ambiguous_order", self.ambiguous_order),
+            ("rays_sampled", self.rays_sampled),
+            ("filters_skipped", self.filters_skipped),
+            ("references_made", self.references_made),
+            ("bytes_within_32k", self.bytes_within_32k),
+            ("bytes_within_1m", self.bytes_within_1m),
+            ("bytes_beyond_1m", self.bytes_beyond_1m),
             ("surfaces_expanded", self.surfaces_expanded),
             ("surfaces_split", self.surfaces_split),
             ("surfaces_culled_by_frustum", self.surfaces_culled_by_frustum),
@@ -86,8 +104,17 @@ impl Stats {
         ]
     }
 
+    /// Counts the bytes that a step of the general path touches.
+    pub(crate) fn touch(&mut self, bytes: u64) {
+        match bytes {
+            0..=0x8000 => self.bytes_within_32k += bytes,
+            0x8001..=0x10_0000 => self.bytes_within_1m += bytes,
+            _ => self.bytes_beyond_1m += bytes,
+        }
+    }
+
     /// The counters in the order of [`Stats::counters`].
-    fn counters_mut(&mut self) -> [&mut u64; 19] {
+    fn counters_mut(&mut self) -> [&mut u64; 25] {
         [
             &mut self.nodes,
             &mut self.frustum_tests,
@@ -100,6 +127,12 @@ impl Stats {
             &mut self.doubtful_samples,
             &mut self.ambiguous_coverage,
             &mut self.ambiguous_order,
+            &mut self.rays_sampled,
+            &mut self.filters_skipped,
+            &mut self.references_made,
+            &mut self.bytes_within_32k,
+            &mut self.bytes_within_1m,
+            &mut self.bytes_beyond_1m,
             &mut self.surfaces_expanded,
             &mut self.surfaces_split,
             &mut self.surfaces_culled_by_frustum,
