@@ -111,7 +111,7 @@ pub(crate) fn run_shadowed(
 ///
 /// Receivers may come in any order. Time about O(p log p + k(n + p)) for n triangles, p receivers and k shared samples. Memory
 /// beside the answer: about 60 bytes per receiver, 36 per triangle, and per thread 48 for each triangle that may matter, see
-/// [`Stats::engine_bytes`]. Rays that receivers do not share take the general path, which is slow.
+/// [`Stats::engine_bytes`]. Rays that receivers do not share go in bundles: time about O(n log n + k·p log n).
 ///
 /// # Errors
 /// When a receiver or a sample is out of range, there are too many receivers, directions are not common as the grouping
