@@ -54,13 +54,7 @@ pub(crate) struct Dial<'a> {
 impl Dial<'_> {
     /// Chooses the number of rays.
     pub(crate) fn choose(&self, goal: Goal) -> Result<Choice, Error> {
-        let started = Instant::now();
-        let mut choice = match goal {
-            Goal::MaxError(limit) => self.for_error(limit)?,
-            Goal::TimeBudget(seconds) => self.for_time(seconds)?,
-        };
-        choice.milliseconds = started.elapsed().as_secs_f64() * 1000.0;
-        Ok(choice)
+        goal.choose(|limit| self.for_error(limit), |seconds| self.for_time(seconds))
     }
 
     /// The values of the items of a sample, with some rays.

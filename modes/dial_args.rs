@@ -33,6 +33,22 @@ pub(crate) enum Goal {
     TimeBudget(f64),
 }
 
+impl Goal {
+    /// Chooses by the rule for an error or by the rule for a time, and notes how long it took.
+    pub(crate) fn choose(
+        self,
+        for_error: impl FnOnce(f64) -> Result<Choice, Error>,
+        for_time: impl FnOnce(f64) -> Result<Choice, Error>,
+    ) -> Result<Choice, Error> {
+        let started = Instant::now();
+        let choice = match self {
+            Self::MaxError(limit) => for_error(limit)?,
+            Self::TimeBudget(seconds) => for_time(seconds)?,
+        };
+        Ok(Choice { milliseconds: started.elapsed().as_secs_f64() * 1000.0, ..choice })
+    }
+}
+
 impl DialArgs {
     /// What is asked, if anything.
     pub(crate) fn goal(&self) -> Option<Goal> {

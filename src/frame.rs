@@ -104,7 +104,7 @@ impl Frame {
         &self.hits
     }
 
-    /// What each tile of the last query has cost; nothing, where it took the general path.
+    /// What each tile of a pencil's film cost in the last query; nothing, where it was no pencil or took the general path.
     #[must_use]
     pub fn tiles(&self) -> &[TileStats] {
         &self.tiles

@@ -5,10 +5,11 @@ use crate::{Isa, Partition};
 /// Which recursion answers the question. Both give the same answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Path {
-    /// One bound stands for a whole sub-pencil. Rays without a common origin take the general path all the same.
+    /// One bound stands for many rays: for a whole sub-pencil, or for a bundle of rays without a common origin. Segments
+    /// ([`crate::blocked`]), and numbers too large or too small for bounds in f32, take the general path all the same.
     #[default]
     Pencil,
-    /// Algorithm 1 of the paper: every ray is tested by itself. The reference for the pencils.
+    /// Algorithm 1 of the paper: every ray is tested by itself. The reference for pencils and bundles.
     General,
 }
 

@@ -121,8 +121,8 @@ pub(crate) fn run_shadowed(
 ///
 /// Receivers may come in any order. Time about O(p log p + k(n + p)) for n triangles, p receivers and k shared samples. Memory
 /// beside the answer: about 60 bytes per receiver, 36 per triangle, and per thread 48 for each triangle that may matter, see
-/// [`Stats::engine_bytes`]. Rays that receivers do not share, and those of few receivers, go in bundles, as [`closest_hit`]'s
-/// arbitrary rays do.
+/// [`Stats::engine_bytes`]. Rays that receivers do not share, and those of few receivers, go in bundles as arbitrary rays do: time
+/// about O(n log n + k·p log n).
 ///
 /// # Errors
 /// When a receiver or a sample is out of range, there are too many receivers, directions are not common as the grouping

@@ -5,7 +5,7 @@
 pub struct Stats {
     /// Steps of the recursion.
     pub nodes: u64,
-    /// Boxes tested against the frustum of a sub-pencil.
+    /// Boxes tested against the frustum of a sub-pencil, or against the shaft of a bundle.
     pub frustum_tests: u64,
     /// Boxes tested against one ray.
     pub box_tests: u64,
@@ -13,7 +13,7 @@ pub struct Stats {
     pub culled_by_bound: u64,
     /// Boxes dropped because every ray of the sub-pencil has hit something nearer.
     pub culled_by_depth: u64,
-    /// Triangles prepared for a sub-pencil or tested in a leaf of the general path.
+    /// Triangles prepared for a sub-pencil or a bundle, or tested in a leaf of the general path.
     pub triangles_set_up: u64,
     /// Parts of blocks of rays, up to 8x8, that a triangle was tested with.
     pub blocks: u64,

@@ -2,8 +2,8 @@
 //!
 //! | what | rays | compared with the oracle | hits of these | mismatches |
 //!
-//! Every ray is cast by the general path and, in pencils, by every instruction set of the machine, the closest hit and any
-//! hit; all must agree to the last bit of t. Of large sets a random part is compared with the oracle, of small ones all.
+//! Every ray is cast by the general path and, in pencils or bundles, by every instruction set of the machine, the closest hit
+//! and any hit; all must agree to the last bit of t. Of large sets a random part is compared with the oracle, of small ones all.
 //! The longer run takes that many times as many scenes:
 //!
 //! ```text

@@ -1,5 +1,6 @@
 //! One row of the table: a scene, its rays, and what the engine says of them on every path and instruction set.
 
+use rayon::prelude::*;
 use umbel::glam::DVec3;
 use umbel::{
     Film, GridFilm, Hits, Isa, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays, any_hit, closest_hit,
@@ -40,7 +41,7 @@ impl Row {
     pub(crate) fn compare(&mut self, mesh: &Mesh, rays: Rays<'_>, subset: usize) {
         let geometry = mesh.geometry();
         let mut first: Option<Hits> = None;
-        for (path, isa) in ways(rays) {
+        for (path, isa) in ways() {
             let options = Options { path, isa, ..Options::default() };
             let (hits, _) = closest_hit(&geometry, rays, &options).expect("rays in range");
             let (any, _) = any_hit(&geometry, rays, &options).expect("rays in range");
@@ -56,9 +57,10 @@ impl Row {
         self.rays += rays.len();
         let Some(hits) = first else { return };
         let all = rays.len() <= subset;
-        for k in 0..rays.len().min(subset) {
-            let ray = if all { k } else { self.random.below(rays.len()) };
-            let expected = closest(mesh, rays, ray);
+        let pick = |k| if all { k } else { self.random.below(rays.len()) };
+        let picked: Vec<usize> = (0..rays.len().min(subset)).map(pick).collect();
+        let answers: Vec<_> = picked.par_iter().map(|&ray| (ray, closest(mesh, rays, ray))).collect();
+        for (ray, expected) in answers {
             self.compared += 1;
             self.hits += usize::from(expected.is_some());
             let (id, t) = expected.unwrap_or((NO_TRIANGLE, f32::INFINITY));
@@ -120,13 +122,10 @@ impl Row {
     }
 }
 
-/// General rays have one path and no instruction set.
-fn ways(rays: Rays<'_>) -> Vec<(Path, Isa)> {
-    let mut ways = vec![(Path::General, Isa::Auto)];
-    if matches!(rays, Rays::Pencil(_)) {
-        ways.extend(isas().into_iter().map(|isa| (Path::Pencil, isa)));
-    }
-    ways
+/// The general path, which has no instruction set; and, in pencils or bundles, each of those of the machine.
+fn ways() -> Vec<(Path, Isa)> {
+    let fast = isas().into_iter().map(|isa| (Path::Pencil, isa));
+    std::iter::once((Path::General, Isa::Auto)).chain(fast).collect()
 }
 
 /// The oracle's answer.
