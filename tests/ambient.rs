@@ -38,12 +38,18 @@ fn sample_of(occlusion: &Occlusion<'_>, receiver: usize, ray: usize) -> RaySampl
     }
 }
 
-/// Answers of the general path and of both groupings, which must be one.
+/// Answers of the general path, of both groupings and of bundles, which must be one.
 fn ask(triangles: &Triangles<'_>, occlusion: Occlusion<'_>) -> OpenRays {
     let general = Options { path: Path::General, ..Options::default() };
     let (expected, _) = open_rays(triangles, &occlusion, &general).expect("in range");
-    for grouping in [Grouping::Auto, Grouping::Direction, Grouping::Origin] {
-        let occlusion = Occlusion { grouping, ..occlusion };
+    let groupings = [Grouping::Auto, Grouping::Direction, Grouping::Origin];
+    // The same rays as if no receivers shared them go in bundles.
+    let of = |receiver, ray| sample_of(&occlusion, receiver, ray);
+    let own = RaySamples::Own { count: expected.rays(), of: &of };
+    let shared = groupings.map(|grouping| (grouping, occlusion.samples));
+    for (grouping, samples) in shared.into_iter().chain([(Grouping::Origin, own)]) {
+        let is_shared = matches!(samples, RaySamples::Shared(_));
+        let occlusion = Occlusion { grouping, samples, ..occlusion };
         let (answer, _) = open_rays(triangles, &occlusion, &Options::default()).expect("in range");
         for (receiver, hemisphere) in occlusion.hemispheres.iter().enumerate() {
             for ray in 0..answer.rays() {
@@ -52,7 +58,7 @@ fn ask(triangles: &Triangles<'_>, occlusion: Occlusion<'_>) -> OpenRays {
                     let corners: Vec<_> =
                         (0..triangles.len()).map(|id| triangles.corners(TriangleId(id as u32))).collect();
                     panic!(
-                        "{grouping:?}: {one}, general: {other}; ray {ray} of {hemisphere:?} among {:?}\n{corners:?}",
+                        "{grouping:?}, shared: {is_shared}: {one}, general: {other}; ray {ray} of {hemisphere:?} among {:?}\n{corners:?}",
                         sample_of(&occlusion, receiver, ray)
                     );
                 }
