@@ -79,7 +79,7 @@ pub enum RaySamples<'a> {
 }
 
 impl RaySamples<'_> {
-    /// RaySamples per receiver.
+    /// Samples per receiver.
     pub(crate) fn count(&self) -> usize {
         match self {
             Self::Shared(samples) => samples.len(),

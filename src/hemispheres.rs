@@ -6,8 +6,9 @@
 //!
 //! By direction takes less time than by origin wherever it was measured, for two thousand receivers (half) as for a million (a tenth):
 //! koala, sponza, chess, 64 rays. But each direction looks at every triangle, so few receivers go in bundles, see
-//! [`crate::ambient`]: 20 thousand took 1.0 (koala), 0.5 (sponza) and 0.4 (chess) of the time by direction, with 5, 3 and 9
-//! triangles per receiver. A million take several times as long in bundles. [`Grouping::Auto`] takes what is faster.
+//! [`crate::ambient`]: 20 thousand took 0.75 (koala), 0.65 (sponza) and 0.46 (chess) of the time by direction, with 5, 3 and 9
+//! triangles per receiver; half as many receivers as triangles take about as long either way, a million several times as
+//! long in bundles. [`Grouping::Auto`] takes what is faster.
 //!
 //! Tried and dropped: following the first part of each ray by origin, since much of the work lies near the surface, and the rest by
 //! direction. Samples tested fell to a half (koala), but no time was gained for a part as long as the packet, and for twice that a
