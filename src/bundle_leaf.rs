@@ -4,11 +4,15 @@
 //! Q = T×E₁ (Möller and Trumbore): u = T·P, v = d·Q, w = E₁·P − u − v have one sign, or are all zero, where the ray's line meets
 //! the triangle.
 //!
-//! Errors: o'' and a are off by less than 2⁻²² per axis together (see [`crate::culling_space`]: o' 2⁻²⁵, two roundings of t·d and
-//! of the sum 3·2⁻²⁴, the corner 2⁻²⁵, the difference 2⁻²⁴), E₁ and E₂ by 2⁻²³, d by 2⁻²⁵ over lengths like |T|. With 1-norms
-//! |T| and E = |E₁| + |E₂|, and |d|∞ = 1: |Δu| ≤ 2·(3·2⁻²²·|E₂| + 2⁻²³·3·|T|) + arithmetic, 8 roundings of 2·|T||E₂|·2⁻²⁴; as |T| and E are
-//! at most 12 the latter is below 2⁻¹⁶·min(|T|, E). All of that is less than 2⁻¹⁸·(|T| + E) if |T| ≤ 2, as it is where a candidate
-//! can lie. The same holds for v, and thrice that for w.
+//! Errors, for lines that meet a triangle, so that o'' is within 3.5 of the middle. Let ε = 2⁻²³. Per axis T is off by at most
+//! η = 7ε: o' ε/2, t·d with d rounded 0.9ε, fl(t·d) ε, its sum with o' 2ε, a ε/4, the difference 2ε. Corners are rounded, so E₁ and E₂ are off by
+//! ε. With 1-norms τ = |T| and E = |E₁| + |E₂| ≤ 12, each |Eᵢ| ≤ 6, and |d|∞ = 1:
+//!
+//! - |Δu| ≤ 2η|E₂| + 2ετ + 2.75ε·τ|E₂| (the last is d rounded and five roundings of the products and sums); so for v with E₁.
+//!   As |Eᵢ| ≤ 6, both are below 19ετ + 14εE < 2⁻¹⁸(τ + E), where 2⁻¹⁸ = 32ε.
+//! - E₁·P is off by at most 2εE + 2.75ε|E₁||E₂| < 11εE, and w by the sum of all and its own two roundings: below 3·2⁻¹⁸(τ + E).
+//! - E₂·Q is off by at most ηE²/4 + 2ετE + 2.75ε·3τE < 11ε(τ + E)E. With the line's end at s beyond o'' and |E₂·Q/E₁·P| ≤ τ + E, a hit before
+//!   the end has ±E₂·Q − |E₁·P|s < 11ε(τ + E)E + 11ε(τ + E + |s|)E < 2⁻¹⁸(τ + E + |s|)E, whichever sign E₁·P is computed to have.
 //!
 //! Based on: Tomas Möller and Ben Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997.
 
@@ -23,7 +27,7 @@ use crate::lanes::{LANES, Narrow};
 const ERROR: f32 = 1.0 / (1 << 18) as f32;
 
 /// Eight triangles in the culling space.
-pub(crate) struct RunTriangles<S: Simd> {
+pub(crate) struct GroupTriangles<S: Simd> {
     a: [Narrow<S>; 3],
     e1: [Narrow<S>; 3],
     e2: [Narrow<S>; 3],
@@ -33,7 +37,7 @@ pub(crate) struct RunTriangles<S: Simd> {
     middle: [f32; 3],
 }
 
-impl<S: Simd> RunTriangles<S> {
+impl<S: Simd> GroupTriangles<S> {
     /// Up to eight triangles; the last one is repeated.
     #[inline(always)]
     pub(crate) fn new(simd: S, triangles: &Triangles<'_>, space: &CullingSpace, ids: &[u32]) -> Self {
@@ -80,5 +84,66 @@ impl<S: Simd> RunTriangles<S> {
         let beyond = (e2x * qx + e2y * qy + e2z * qz - determinant * ahead) * determinant;
         let beyond_error = (error + ahead.abs() * ERROR) * self.size * determinant.abs();
         (meets & beyond.simd_le(beyond_error)).to_bitmask()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::culling_space::Cut;
+    use crate::{Isa, Ray};
+    use fearless_simd::dispatch;
+    use glam::DVec3;
+
+    /// Numbers in [0, 1), the same in every run.
+    fn numbers() -> impl FnMut() -> f64 {
+        let mut state = 1_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        }
+    }
+
+    #[test]
+    fn no_triangle_that_a_ray_meets_is_dropped() {
+        let level = Isa::Auto.level().expect("every machine has one");
+        let mut next = numbers();
+        for scale in [1e-20, 1e-3, 1.0, 1e7, 1e20] {
+            for _ in 0..20_000 {
+                // A triangle of any size up to the scene's, slivers among them, and the corners of the scene.
+                let size = next().powi(12);
+                let thin = if next() < 0.3 { 1e-6 } else { 1.0 };
+                let mut corner =
+                    |spread: f64| DVec3::new(next() - 0.5, next() - 0.5, next() - 0.5) * (spread * scale);
+                let first = corner(1.0) * (1.0 - size);
+                let second = first + corner(size);
+                let third = first + (second - first) * 0.3 + corner(size * thin);
+                let mut positions = [first, second, third].map(|p| p.to_array().map(|x| x as f32)).to_vec();
+                positions.extend([[scale as f32; 3], [-scale as f32; 3]]);
+                let triangles = Triangles::new(&positions, &[[0, 1, 2]]).expect("valid triangles");
+                let space = CullingSpace::over(&triangles.position_bounds()).expect("a space");
+                // A ray through it, often through an edge or a corner, that may end right behind it.
+                let mut weights = [next(), next(), next()];
+                for weight in &mut weights {
+                    *weight *= if next() < 0.3 { 0.0 } else { 1.0 };
+                }
+                let sum: f64 = weights.iter().sum();
+                let weights = if sum > 0.0 { weights.map(|w| w / sum) } else { [1.0, 0.0, 0.0] };
+                let corners = [0, 1, 2].map(|k| DVec3::from_array(positions[k].map(f64::from)));
+                let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+                let direction = DVec3::new(next() - 0.5, next() - 0.5, next() - 0.5);
+                let away = scale * 3.0 * next().powi(6);
+                let end = if next() < 0.5 { away * (1.0 + 1e-12) } else { f64::INFINITY };
+                let ray = Ray { t_max: end, ..Ray::new(point - direction * away, direction) };
+                if away == 0.0 {
+                    continue;
+                }
+                let Cut::Ray(culled, _) = space.cut(&ray, 0) else { panic!("{ray:?} misses the scene") };
+                let candidates = dispatch!(level, simd => {
+                    GroupTriangles::new(simd, &triangles, &space, &[0]).candidates(&culled)
+                });
+                assert_eq!(candidates & 1, 1, "{ray:?} {positions:?}");
+            }
+        }
     }
 }

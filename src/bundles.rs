@@ -30,7 +30,7 @@ use std::ops::Range;
 use fearless_simd::{Level, dispatch, prelude::*};
 use rayon::prelude::*;
 
-use crate::bundle_leaf::RunTriangles;
+use crate::bundle_leaf::GroupTriangles;
 use crate::cost_groups::Groups;
 use crate::culling_space::{CulledRay, CullingSpace, Cut, Parameter, planes};
 use crate::lanes::{Boxes, LANES, bits};
@@ -40,7 +40,7 @@ use crate::runs::Node;
 use crate::shaft::Shaft;
 use crate::{Hits, Stats, Triangles};
 
-/// The most rays of a window: indices of a list fit u16.
+/// The most rays of a window. Indices of a list must fit u16.
 pub(crate) const WINDOW: usize = 1 << 13;
 /// The fewest rays for which a thread is worth its while.
 const FEWEST: usize = 1 << 10;
@@ -201,7 +201,7 @@ impl Workspace {
             found: &mut found[first..end],
             stats,
         };
-        // In range: a window has at most 2¹⁶ rays.
+        // In range: a window has at most 2¹³ rays.
         let (list, free) = lists.split_at_mut(end - first);
         (0..).zip(&mut *list).for_each(|(ray, place)| *place = ray);
         bundle.descend(query.objects.groups.root(), list, free);
@@ -287,7 +287,7 @@ impl Bundle<'_> {
             return;
         }
         self.stats.triangles_set_up += ids.len() as u64;
-        let set_up = RunTriangles::new(simd, triangles, space, ids);
+        let set_up = GroupTriangles::new(simd, triangles, space, ids);
         for &ray in list {
             let ray = ray as usize;
             let culled = &mut self.rays[ray];

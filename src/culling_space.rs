@@ -4,9 +4,10 @@
 //! cut to where it meets that cube and its direction is scaled to |d'|∞ = 1, so t' = t·m − t₀ with m = |d·s|∞; a ray then ends
 //! within t' ≤ [`T_END`].
 //!
-//! Boxes are widened by [`SLACK`] = 2⁻²⁰. Positions that this has to cover, per axis: rounding o' and the corners of boxes,
-//! 2⁻²⁵ each; t'·d' with d' rounded, 3·2⁻²⁵; forming b' − o' and multiplying it by 1/d' rounded twice, of a size of up to 2: 3·2⁻²³;
-//! together less than 2⁻²¹. Then b₀ ≤ o + t·d ≤ b₁ for the true ray implies that the computed slab distances enclose t'.
+//! Boxes are widened by [`SLACK`] = 2⁻²⁰. Positions that this has to cover, per axis, in units of 2⁻²⁵: rounding o' 2 (it may lie a
+//! little outside the cube), the corner of a box 1 and widening it 2; t'·d' with d' rounded, 2.1; forming b' − o', of a size of up to 2,
+//! 4, and multiplying it by 1/d' with two roundings, 8: together 19 < 32. Then b₀ ≤ o + t·d ≤ b₁ for the true ray implies that
+//! the computed slab distances enclose t'.
 //! Where |d'| < 2⁻⁶⁰ its inverse is taken as ±2⁶⁰: over the ray's length that moves nothing by more than the slack, and a start
 //! within the widened slab is far inside it by that measure.
 //!
