@@ -27,14 +27,15 @@
 use std::mem::size_of;
 use std::ops::Range;
 
-use fearless_simd::{Level, dispatch, prelude::*};
+use fearless_simd::{Level, dispatch, mask16x8, prelude::*, u16x8, u32x8};
 use rayon::prelude::*;
 
 use crate::bundle_leaf::GroupTriangles;
 use crate::cost_groups::Groups;
-use crate::culling_space::{CulledRay, CullingSpace, Cut, Parameter, planes};
+use crate::culling_space::{CulledRay, CullingSpace, Parameter, octant, planes};
 use crate::lanes::{Boxes, LANES, bits};
-use crate::predicates::Distance;
+use crate::pairs::{self, Pairs, Verdicts};
+use crate::predicates::{Distance, saturate};
 use crate::probes::{Nearest, Probes};
 use crate::runs::Node;
 use crate::shaft::Shaft;
@@ -104,9 +105,8 @@ impl<'a> Objects<'a> {
 
     /// Bytes that a thread needs for windows of so many rays.
     pub(crate) fn workspace_bytes(&self, rays: usize) -> usize {
-        // Twice while they are sorted by octant.
-        let sorting = 2 * (size_of::<CulledRay>() + size_of::<Found>());
-        rays * (sorting + lists_for(&self.groups) * size_of::<u16>())
+        let of_ray = size_of::<CulledRay>() + size_of::<Found>() + size_of::<u32>();
+        rays * of_ray + lists_for(rays, &self.groups) * size_of::<u16>()
     }
 }
 
@@ -118,9 +118,21 @@ struct Query<'a> {
     any: bool,
 }
 
-/// Places of lists for each ray: at each level the list of each of eight boxes could hold all rays.
-fn lists_for(groups: &Groups) -> usize {
-    1 + LANES * groups.levels()
+/// Places of lists for so many rays: at each level the list of each of eight boxes could hold all, and is written eight at a time.
+fn lists_for(rays: usize, groups: &Groups) -> usize {
+    rays + LANES * groups.levels() * (rays + LANES)
+}
+
+/// A matrix of 8×8 bits, one row per byte, transposed.
+///
+/// Based on: Henry Warren, "Hacker's Delight", 2002, section 7-3.
+#[inline(always)]
+fn transposed_bits(mut rows: u64) -> u64 {
+    for (distance, upper) in [(7, 0x00AA_00AA_00AA_00AA), (14, 0x0000_CCCC_0000_CCCC), (28, 0x0000_0000_F0F0_F0F0)] {
+        let swapped = (rows ^ (rows >> distance)) & upper;
+        rows ^= swapped ^ (swapped << distance);
+    }
+    rows
 }
 
 /// What a ray has found, and how its t is seen in the culling space.
@@ -134,6 +146,8 @@ struct Found {
 #[derive(Debug, Default)]
 pub(crate) struct Workspace {
     rays: Vec<CulledRay>,
+    /// Probes by octant.
+    sorted: [Vec<u32>; OCTANTS],
     /// Of each ray.
     found: Vec<Found>,
     /// Lists of rays, one behind the other.
@@ -145,8 +159,10 @@ impl Workspace {
     /// Finds the hits of a window. `None` if a ray begins too far away.
     fn intersect(&mut self, query: &Query<'_>, probes: Range<u32>) -> Option<Stats> {
         self.stats = Stats::default();
-        let ends = self.cut(query, probes)?;
-        self.lists.resize((self.rays.len() * lists_for(&query.objects.groups)).max(self.lists.len()), 0);
+        let level = query.objects.level;
+        let ends = dispatch!(level, simd => self.cut(simd, query, probes))?;
+        let lists = lists_for(self.rays.len(), &query.objects.groups);
+        self.lists.resize(lists.max(self.lists.len()), 0);
         let mut first = 0;
         for (octant, end) in ends.into_iter().enumerate() {
             if first < end {
@@ -157,48 +173,56 @@ impl Workspace {
         Some(self.stats)
     }
 
-    /// Cuts rays to the scene and sorts them by octant. Returns where each octant ends.
-    fn cut(&mut self, query: &Query<'_>, probes: Range<u32>) -> Option<[usize; OCTANTS]> {
-        let mut cut = Vec::with_capacity(probes.len());
-        let mut counts = [0; OCTANTS];
-        for probe in probes {
-            let ray = query.probes.ray(probe);
-            match query.objects.space.cut(&ray, probe) {
-                Cut::Outside => {}
-                Cut::Far => return None,
-                Cut::Ray(culled, parameter) => {
-                    counts[culled.octant()] += 1;
-                    cut.push((culled, Found { nearest: Nearest::none(ray.t_max), parameter }));
+    /// Cuts rays to the scene, sorted by octant. Returns where each octant ends.
+    #[inline(always)]
+    fn cut<S: Simd>(
+        &mut self,
+        simd: S,
+        query: &Query<'_>,
+        probes: Range<u32>,
+    ) -> Option<[usize; OCTANTS]> {
+        self.sort(query, probes);
+        self.rays.clear();
+        self.found.clear();
+        let mut ends = [0; OCTANTS];
+        for (sorted, end) in self.sorted.iter().zip(&mut ends) {
+            for probes in sorted.chunks(LANES) {
+                let mut eight = [probes[0]; LANES];
+                eight[..probes.len()].copy_from_slice(probes);
+                let eight = eight.map(|probe| query.probes.ray(probe));
+                let cut = query.objects.space.cut(simd, &eight);
+                if cut.far != 0 {
+                    return None;
+                }
+                for lane in bits(cut.meeting & ((1 << probes.len()) - 1)) {
+                    let (culled, parameter) = cut.get(lane, probes[lane]);
+                    self.rays.push(culled);
+                    self.found.push(Found { nearest: Nearest::none(eight[lane].t_max), parameter });
                 }
             }
+            *end = self.rays.len();
         }
-        let mut next = [0; OCTANTS];
-        for octant in 1..OCTANTS {
-            next[octant] = next[octant - 1] + counts[octant - 1];
+        Some(ends)
+    }
+
+    /// Sorts probes by the octants of their rays.
+    fn sort(&mut self, query: &Query<'_>, probes: Range<u32>) {
+        self.sorted.iter_mut().for_each(Vec::clear);
+        for probe in probes {
+            self.sorted[octant(query.probes.ray(probe).direction)].push(probe);
         }
-        let Some(&(ray, found)) = cut.first() else {
-            self.rays.clear();
-            return Some(next);
-        };
-        self.rays.resize(cut.len(), ray);
-        self.found.resize(cut.len(), found);
-        for (ray, found) in cut {
-            let place = &mut next[ray.octant()];
-            (self.rays[*place], self.found[*place]) = (ray, found);
-            *place += 1;
-        }
-        Some(next)
     }
 
     /// All rays of an octant.
     fn descend_octant(&mut self, query: &Query<'_>, octant: usize, first: usize, end: usize) {
-        let Self { rays, found, lists, stats } = self;
+        let Self { rays, found, lists, stats, .. } = self;
         let mut bundle = Bundle {
             query,
             octant,
             shaft: Shaft::around(&rays[first..end], octant),
             rays: &mut rays[first..end],
             found: &mut found[first..end],
+            pairs: Pairs::default(),
             stats,
         };
         // In range: a window has at most 2¹³ rays.
@@ -214,8 +238,13 @@ impl Workspace {
                 let place = (ray.probe - first) as usize;
                 ids[place] = nearest.id;
                 if !query.any {
-                    let triangle = query.objects.triangles.triangle(nearest.id);
-                    ts[place] = Distance::new(&ray.ray, &triangle).rounded();
+                    let low = saturate(nearest.lo);
+                    ts[place] = if low == saturate(nearest.hi) {
+                        low
+                    } else {
+                        let triangle = query.objects.triangles.triangle(nearest.id);
+                        Distance::new(&query.probes.ray(ray.probe), &triangle).rounded()
+                    };
                 }
             }
         }
@@ -229,6 +258,7 @@ struct Bundle<'a> {
     shaft: Shaft,
     rays: &'a mut [CulledRay],
     found: &'a mut [Found],
+    pairs: Pairs,
     stats: &'a mut Stats,
 }
 
@@ -237,16 +267,19 @@ impl Bundle<'_> {
     fn descend(&mut self, node: Node, list: &[u16], free: &mut [u16]) {
         let Some(boxes) = self.query.objects.groups.boxes(node) else { return };
         self.stats.nodes += 1;
-        let (lists, free) = free.split_at_mut(list.len() * LANES);
+        let (lists, free) = free.split_at_mut((list.len() + LANES) * LANES);
         let counts = dispatch!(self.query.objects.level, simd => self.distribute(simd, boxes, list, lists));
         let (near_first, kept) = self.shaft.near_first(boxes, &counts);
         for &lane in &near_first[..kept] {
             let child = node.child(lane);
-            let list = &lists[lane * list.len()..][..counts[lane]];
+            let list = &lists[lane * (list.len() + LANES)..][..counts[lane]];
             match child.leaf() {
                 Some(group) => dispatch!(self.query.objects.level, simd => self.leaf(simd, group, list)),
                 None => self.descend(child, list, free),
             }
+        }
+        while self.pairs.len() > 0 {
+            dispatch!(self.query.objects.level, simd => self.test_pairs(simd));
         }
     }
 
@@ -267,11 +300,18 @@ impl Bundle<'_> {
             return counts;
         }
         self.stats.box_tests += (list.len() * LANES) as u64;
-        for &ray in list {
-            // Mostly one or two.
-            for lane in bits(self.rays[ray as usize].meets(&planes)) {
-                lists[lane * list.len() + counts[lane]] = ray;
-                counts[lane] += 1;
+        let stride = list.len() + LANES;
+        for rays in list.chunks(LANES) {
+            let (mut eight, mut met) = ([0; LANES], 0);
+            for (place, &ray) in rays.iter().enumerate() {
+                eight[place] = ray;
+                met |= self.rays[ray as usize].meets(&planes) << (place * LANES);
+            }
+            let eight = u16x8::load_array(simd, eight);
+            for (lane, rays) in transposed_bits(met).to_le_bytes().into_iter().enumerate() {
+                let those = eight.compress(mask16x8::from_bitmask(simd, u64::from(rays)));
+                those.store_slice(&mut lists[lane * stride + counts[lane]..][..LANES]);
+                counts[lane] += rays.count_ones() as usize;
             }
         }
         counts
@@ -280,29 +320,50 @@ impl Bundle<'_> {
     /// "DirectlyIntersect": a group of triangles against the rays of a list.
     #[inline(always)]
     fn leaf<S: Simd>(&mut self, simd: S, group: usize, list: &[u16]) {
-        let Query { objects, probes, any } = *self.query;
-        let Objects { triangles, groups, space, .. } = objects;
+        let Objects { triangles, groups, space, .. } = self.query.objects;
         let ids = groups.ids(group);
         if ids.is_empty() {
             return;
         }
         self.stats.triangles_set_up += ids.len() as u64;
         let set_up = GroupTriangles::new(simd, triangles, space, ids);
+        let mut eight = [0; LANES];
+        eight[..ids.len()].copy_from_slice(ids);
+        let eight = u32x8::load_array(simd, eight);
         for &ray in list {
-            let ray = ray as usize;
-            let culled = &mut self.rays[ray];
-            let candidates = set_up.candidates(culled);
-            self.stats.samples_tested += LANES as u64;
-            for lane in bits(candidates & ((1 << ids.len()) - 1)) {
-                let (probe, found) = ((culled.probe, &culled.ray), &mut self.found[ray]);
-                self.stats.doubtful_samples += 1;
-                if any && found.nearest.is_hit() {
-                    break;
-                }
-                if probes.test(probe, ids[lane], triangles, &mut found.nearest, self.stats) {
-                    let end = if any { -1.0 } else { found.parameter.upper(found.nearest.hi) };
-                    culled.t_max = end;
-                }
+            let candidates = set_up.candidates(&self.rays[ray as usize]) & ((1 << ids.len()) - 1);
+            self.pairs.push(simd, u32::from(ray), eight, candidates);
+            if self.pairs.len() >= LANES {
+                self.test_pairs(simd);
+            }
+        }
+        self.stats.samples_tested += (list.len() * LANES) as u64;
+    }
+
+    /// Tests up to eight pairs of rays and triangles.
+    #[inline(always)]
+    fn test_pairs<S: Simd>(&mut self, simd: S) {
+        let Query { objects, probes, any } = *self.query;
+        let (rays, ids, count) = self.pairs.take();
+        self.stats.doubtful_samples += count as u64;
+        let mut verdicts = Verdicts::NONE;
+        let eight = rays.map(|ray| probes.ray(self.rays[ray as usize].probe));
+        if probes.are_rays() {
+            let mut nearest = [0.0; LANES];
+            for (nearest, &ray) in nearest.iter_mut().zip(&rays) {
+                *nearest = self.found[ray as usize].nearest.hi;
+            }
+            verdicts = pairs::filter(simd, objects.triangles, &eight, &ids, &nearest);
+        }
+        for lane in bits(verdicts.possible & ((1 << count) - 1)) {
+            let culled = &mut self.rays[rays[lane] as usize];
+            let found = &mut self.found[rays[lane] as usize];
+            if any && found.nearest.is_hit() {
+                continue;
+            }
+            let (ray, triangle) = ((culled.probe, &eight[lane]), (ids[lane], verdicts.known(lane)));
+            if probes.test_known(ray, triangle, objects.triangles, &mut found.nearest, self.stats) {
+                culled.t_max = if any { -1.0 } else { found.parameter.upper(found.nearest.hi) };
             }
         }
     }

@@ -5,9 +5,10 @@
 //! within t' ≤ [`T_END`].
 //!
 //! Boxes are widened by [`SLACK`] = 2⁻²⁰. Positions that this has to cover, per axis, in units of 2⁻²⁵: rounding o' 2 (it may lie a
-//! little outside the cube), the corner of a box 1 and widening it 2; t'·d' with d' rounded, 2.1; forming b' − o', of a size of up to 2,
-//! 4, and multiplying it by 1/d' with two roundings, 8: together 19 < 32. Then b₀ ≤ o + t·d ≤ b₁ for the true ray implies that
-//! the computed slab distances enclose t'.
+//! little outside the cube), the corner of a box 1 and widening it 2; t'·d' with d' rounded, 2.1; b'·i − o'·i with i = 1/d' rounded, 4
+//! (in proportion to b' − o', of a size of up to 2), each product 2, their difference 4: together 19 < 32. Then b₀ ≤ o + t·d ≤ b₁
+//! for the true ray implies that the computed slab distances enclose t'. A product and a sum may be fused, which rounds less: here numbers
+//! only decide what is looked at, so not all instruction sets need the same bits.
 //! Where |d'| < 2⁻⁶⁰ its inverse is taken as ±2⁶⁰: over the ray's length that moves nothing by more than the slack, and a start
 //! within the widened slab is far inside it by that measure.
 //!
@@ -17,7 +18,7 @@
 use fearless_simd::prelude::*;
 use glam::DVec3;
 
-use crate::lanes::{Boxes, Narrow};
+use crate::lanes::{Boxes, EightRays, LANES, Lanes, Narrow, Points, narrow};
 use crate::{Aabb, Ray};
 
 /// What boxes are widened by on each side.
@@ -40,13 +41,15 @@ pub(crate) struct CullingSpace {
     scale: f32,
 }
 
-/// A ray in the cube, cut to it, and beside it the ray that it was: two lines of the cache.
+/// A ray in the cube, cut to it: a line of the cache.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(crate) struct CulledRay {
     pub(crate) origin: [f32; 3],
     /// 1/d'.
     pub(crate) inverse: [f32; 3],
+    /// o'/d'.
+    origin_by_inverse: [f32; 3],
     /// d', its largest component ±1.
     pub(crate) direction: [f32; 3],
     /// 1/(d'·d').
@@ -55,8 +58,6 @@ pub(crate) struct CulledRay {
     pub(crate) t_max: f32,
     /// Whose ray it is.
     pub(crate) probe: u32,
-    /// The ray itself.
-    pub(crate) ray: Ray,
 }
 
 /// How t of a ray becomes t' = t·m − t₀.
@@ -75,15 +76,39 @@ impl Parameter {
     }
 }
 
-/// What becomes of a ray in the cube.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Cut {
-    /// It does not meet the cube.
-    Outside,
-    /// It begins too far away for this space.
-    Far,
-    /// Its part within the cube.
-    Ray(CulledRay, Parameter),
+/// Eight rays in the cube.
+#[derive(Debug)]
+pub(crate) struct CutRays {
+    /// The rays, as bits, that meet the cube.
+    pub(crate) meeting: u64,
+    /// The rays, as bits, that begin too far away for this space.
+    pub(crate) far: u64,
+    origin: [[f32; LANES]; 3],
+    inverse: [[f32; LANES]; 3],
+    origin_by_inverse: [[f32; LANES]; 3],
+    direction: [[f32; LANES]; 3],
+    per_length: [f32; LANES],
+    t_max: [f32; LANES],
+    m: [f64; LANES],
+    t0: [f64; LANES],
+}
+
+impl CutRays {
+    /// A ray that meets the cube, and whose it is.
+    #[inline]
+    pub(crate) fn get(&self, lane: usize, probe: u32) -> (CulledRay, Parameter) {
+        let point = |p: &[[f32; LANES]; 3]| [p[0][lane], p[1][lane], p[2][lane]];
+        let ray = CulledRay {
+            origin: point(&self.origin),
+            inverse: point(&self.inverse),
+            origin_by_inverse: point(&self.origin_by_inverse),
+            direction: point(&self.direction),
+            per_length: self.per_length[lane],
+            t_max: self.t_max[lane],
+            probe,
+        };
+        (ray, Parameter { m: self.m[lane], t0: self.t0[lane] })
+    }
 }
 
 impl CullingSpace {
@@ -105,49 +130,59 @@ impl CullingSpace {
         fits.then_some(Self { centre, scale: scale as f32 })
     }
 
-    /// A ray in the cube.
-    #[inline]
-    pub(crate) fn cut(&self, ray: &Ray, probe: u32) -> Cut {
+    /// Eight rays in the cube.
+    #[inline(always)]
+    pub(crate) fn cut<S: Simd>(&self, simd: S, rays: &[Ray; LANES]) -> CutRays {
+        let splat = |x: f64| Lanes::simd_from(simd, x);
+        let rays = EightRays::new(simd, rays);
         let scale = f64::from(self.scale);
-        let centre = DVec3::from_array(self.centre.map(f64::from));
-        let (origin, direction) = ((ray.origin - centre) * scale, ray.direction * scale);
-        let m = direction.abs().max_element();
-        if m == 0.0 {
-            // A segment without length has nothing between its ends.
-            return Cut::Outside;
+        let centre = Points::splat(simd, DVec3::from_array(self.centre.map(f64::from)));
+        let origin = rays.origin.minus(centre).times(splat(scale));
+        let direction = rays.direction.times(splat(scale));
+        let m = direction.greatest();
+        // A segment without length has nothing between its ends.
+        let has_length = m.simd_gt(splat(0.0));
+        let direction = direction.times(splat(1.0) / has_length.select(m, splat(1.0)));
+        let far = origin.greatest().simd_gt(splat(FAR));
+
+        let (mut t0, mut t1) = (splat(0.0), splat(f64::INFINITY));
+        let mut beside = has_length ^ has_length;
+        for (o, d) in [(origin.x, direction.x), (origin.y, direction.y), (origin.z, direction.z)] {
+            let is_along = d.abs().simd_lt(splat(f64::from(1.0 / INVERSE_OF_ZERO)));
+            beside = beside | (is_along & o.abs().simd_gt(splat(CUBE)));
+            let inverse = splat(1.0) / is_along.select(splat(1.0), d);
+            let (one, other) = ((splat(-CUBE) - o) * inverse, (splat(CUBE) - o) * inverse);
+            t0 = is_along.select(t0, t0.max(one.min(other)));
+            t1 = is_along.select(t1, t1.min(one.max(other)));
         }
-        let direction = direction / m;
-        if origin.abs().max_element() > FAR {
-            return Cut::Far;
-        }
-        let (mut t0, mut t1) = (0.0_f64, f64::INFINITY);
+        let end = rays.t_max * m - t0 + f64::from(SLACK);
+        // NaN, from 0·∞, is no bound.
+        let end = end.simd_lt(splat(T_END)).select(end, splat(T_END));
+        let meeting = has_length & !beside & t0.simd_le(t1) & end.simd_ge(splat(0.0));
+
+        let start = origin.plus(direction.times(t0));
+        let o = [narrow(start.x), narrow(start.y), narrow(start.z)];
+        let d = [narrow(direction.x), narrow(direction.y), narrow(direction.z)];
+        let [mut inverse, mut origin_by_inverse] = [[[0.0; LANES]; 3]; 2];
         for k in 0..3 {
-            let (o, d) = (origin[k], direction[k]);
-            if d.abs() < f64::from(1.0 / INVERSE_OF_ZERO) {
-                if o.abs() > CUBE {
-                    return Cut::Outside;
-                }
-                continue;
-            }
-            let (one, other) = ((-CUBE - o) / d, (CUBE - o) / d);
-            let (near, far) = if d > 0.0 { (one, other) } else { (other, one) };
-            t0 = if near > t0 { near } else { t0 };
-            t1 = if far < t1 { far } else { t1 };
+            let most = Narrow::simd_from(simd, INVERSE_OF_ZERO);
+            let exact = Narrow::simd_from(simd, 1.0) / d[k];
+            let i = exact.abs().simd_lt(most).select(exact, most.copysign(d[k]));
+            (inverse[k], origin_by_inverse[k]) = (i.to_array(), (o[k] * i).to_array());
         }
-        let parameter = Parameter { m, t0 };
-        let t_max = parameter.upper(ray.t_max);
-        if t0 > t1 || t_max < 0.0 {
-            return Cut::Outside;
+        let [x, y, z] = d;
+        CutRays {
+            meeting: meeting.to_bitmask(),
+            far: (far & has_length).to_bitmask(),
+            origin: [o[0].to_array(), o[1].to_array(), o[2].to_array()],
+            inverse,
+            origin_by_inverse,
+            direction: [x.to_array(), y.to_array(), z.to_array()],
+            per_length: (Narrow::simd_from(simd, 1.0) / (x * x + y * y + z * z)).to_array(),
+            t_max: narrow(end).to_array(),
+            m: m.to_array(),
+            t0: t0.to_array(),
         }
-        let narrow = |v: DVec3| v.to_array().map(|x| x as f32);
-        let (origin, direction) = (narrow(origin + direction * t0), narrow(direction));
-        let inverse = direction.map(|d| {
-            let inverse = 1.0 / d;
-            if inverse.abs() < INVERSE_OF_ZERO { inverse } else { INVERSE_OF_ZERO.copysign(d) }
-        });
-        let [x, y, z] = direction;
-        let per_length = 1.0 / (x * x + y * y + z * z);
-        Cut::Ray(CulledRay { origin, inverse, direction, per_length, t_max, probe, ray: *ray }, parameter)
     }
 
     /// A box in the cube.
@@ -164,21 +199,22 @@ impl CullingSpace {
 }
 
 impl CulledRay {
-    /// The octant of the direction: bit k for axis k, set where it runs backward.
-    pub(crate) fn octant(&self) -> usize {
-        let bit = |k: usize| usize::from(self.inverse[k].is_sign_negative()) << k;
-        bit(0) | bit(1) | bit(2)
-    }
-
     /// The boxes, as bits, that the ray may meet before its end.
     #[inline(always)]
     pub(crate) fn meets<S: Simd>(&self, [near, far]: &[[Narrow<S>; 3]; 2]) -> u64 {
-        let [ox, oy, oz] = self.origin;
         let [ix, iy, iz] = self.inverse;
-        let first = ((near[0] - ox) * ix).max((near[1] - oy) * iy).max((near[2] - oz) * iz);
-        let last = ((far[0] - ox) * ix).min((far[1] - oy) * iy).min((far[2] - oz) * iz);
+        let [px, py, pz] = self.origin_by_inverse;
+        let first = near[0].mul_sub(ix, px).max(near[1].mul_sub(iy, py)).max(near[2].mul_sub(iz, pz));
+        let last = far[0].mul_sub(ix, px).min(far[1].mul_sub(iy, py)).min(far[2].mul_sub(iz, pz));
         first.max(-SLACK).simd_le(last.min(self.t_max)).to_bitmask()
     }
+}
+
+/// The octant of a direction: bit k for axis k, set where it runs backward.
+#[inline]
+pub(crate) fn octant(direction: DVec3) -> usize {
+    // The signs, that of a zero as well.
+    (direction.to_array().into_iter().rev()).fold(0, |octant, x| octant << 1 | usize::from(x.is_sign_negative()))
 }
 
 /// The planes of eight boxes of the cube, widened, that rays of an octant meet first and last. Empty boxes stay empty.
@@ -231,13 +267,14 @@ mod tests {
                     continue;
                 }
                 let start = point - direction * (f64::from(scale) * 10.0 * next().powi(4));
-                let Cut::Ray(ray, _) = space.cut(&Ray::new(start, direction), 0) else {
-                    panic!("{start} {direction} misses the scene")
-                };
+                let ray = Ray::new(start, direction);
+                let cut = dispatch!(level, simd => space.cut(simd, &[ray; LANES]));
+                assert_eq!(cut.meeting, 255, "{ray:?} misses the scene");
+                let (culled, _) = cut.get(3, 0);
                 let mut boxes = Boxes::EMPTY;
                 let aabb = Aabb { lo: ends.map(|end| end[0]), hi: ends.map(|end| end[1]) };
                 boxes.set(3, &space.aabb(&aabb));
-                let met = dispatch!(level, simd => ray.meets(&planes(simd, &boxes, ray.octant())));
+                let met = dispatch!(level, simd => culled.meets(&planes(simd, &boxes, octant(direction))));
                 assert_eq!(met, 1 << 3, "{start} {direction} {aabb:?}");
             }
         }

@@ -58,6 +58,7 @@ mod packet_pencils;
 mod packet_set;
 mod packets;
 mod partition;
+mod pairs;
 mod pencil;
 mod piercings;
 mod placed_grid;

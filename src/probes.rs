@@ -6,6 +6,7 @@
 use crate::depth::precedes;
 use crate::hemisphere::AmbientRay;
 use crate::hits::NO_TRIANGLE;
+use crate::pairs::Known;
 use crate::pencil::Origin;
 use crate::predicates::{Distance, covers, within_interval};
 use crate::ray::Ties;
@@ -66,6 +67,41 @@ impl Probes<'_> {
             Self::Shadows(light, receivers) => culling_ray(*light, &receivers[index as usize]),
             Self::Ambient(rays) => rays[index as usize].ray,
         }
+    }
+
+    /// Whether the rays of the probes are what is tested, and not for culling only.
+    pub(crate) fn are_rays(&self) -> bool {
+        matches!(self, Self::Rays(_) | Self::Ambient(_))
+    }
+
+    /// Tests a probe and its ray against a triangle of which something is known. Otherwise like [`Self::test`].
+    #[inline]
+    pub(crate) fn test_known(
+        &self,
+        (probe, ray): (u32, &Ray),
+        (id, verdict): (u32, Option<Known>),
+        triangles: &Triangles<'_>,
+        nearest: &mut Nearest,
+        stats: &mut Stats,
+    ) -> bool {
+        if let Some(Known { lo, hi, from_behind }) = verdict {
+            match self {
+                Self::Rays(_) if lo > nearest.hi => return false,
+                Self::Rays(_) if !nearest.is_hit() || hi < nearest.lo => {
+                    *nearest = Nearest { id, lo, hi };
+                    return true;
+                }
+                Self::Ambient(rays) => {
+                    let ray = &rays[probe as usize];
+                    let blocked = ray.owner != id && (ray.back_faces || !from_behind);
+                    nearest.id = if blocked { id } else { nearest.id };
+                    return blocked;
+                }
+                // It is as near as the nearest, as far as is known.
+                _ => {}
+            }
+        }
+        self.test((probe, ray), id, triangles, nearest, stats)
     }
 
     /// Tests a probe and its ray against a triangle, exactly, and keeps it if it is nearer; of rays alone it is asked what is

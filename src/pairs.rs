@@ -1,0 +1,196 @@
+//! Rays against triangles, eight pairs at once: the f64 filter of [`crate::predicates`] in lanes. What it leaves in doubt
+//! is decided one by one.
+//!
+//! With A = a − o, E = b − a and so on, the edge function is e = d·(A×E), the normal N = (b − a)×(c − a), and
+//! t = (A·N)/(d·N). A pair is a hit where the signs of the three e and of A·N agree. Errors are those of
+//! [`crate::approx`], with Σ|x_k|(|y_i z_j| + |y_j z_i|) ≤ 6|x|∞|y|∞|z|∞; A·N, of which exactly zero is common (rays leave
+//! walls along an axis), has the sum itself.
+//!
+//! Products and sums may be fused: they round less then, and only what is certain counts.
+//!
+//! One by one a pair took 410 instructions; together it is 70 (AVX2).
+//!
+//! Based on: Jonathan Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997
+//! (filters).
+
+use fearless_simd::{mask32x8, prelude::*, u32x8};
+
+use crate::approx::TRIPLE_PRODUCT_ERROR;
+use crate::bounds::U;
+use crate::gather;
+use crate::lanes::{EightRays, LANES, LaneMask, Lanes, Points};
+use crate::{Ray, Triangles};
+
+/// What is known of eight pairs: bits, and bounds of t.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Verdicts {
+    /// Pairs that may be a hit within the ray's interval, not beyond its nearest hit.
+    pub(crate) possible: u64,
+    /// Pairs that certainly are a hit, within the interval.
+    certain: u64,
+    /// Of the certain ones, those that meet their triangle from behind: d·N > 0.
+    from_behind: u64,
+    lo: [f64; LANES],
+    hi: [f64; LANES],
+}
+
+/// What is known of a pair that certainly is a hit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Known {
+    /// Bounds of t.
+    pub(crate) lo: f64,
+    pub(crate) hi: f64,
+    /// Whether d·N > 0.
+    pub(crate) from_behind: bool,
+}
+
+impl Verdicts {
+    /// Nothing is known.
+    pub(crate) const NONE: Self =
+        Self { possible: !0, certain: 0, from_behind: 0, lo: [0.0; LANES], hi: [0.0; LANES] };
+
+    /// What is known of a pair; nothing unless it certainly is a hit.
+    #[inline]
+    pub(crate) fn known(&self, lane: usize) -> Option<Known> {
+        let from_behind = self.from_behind >> lane & 1 == 1;
+        (self.certain >> lane & 1 == 1).then(|| Known { lo: self.lo[lane], hi: self.hi[lane], from_behind })
+    }
+}
+
+/// What f64 can tell of eight rays, each against its triangle. Nothing beyond a ray's `nearest` matters.
+#[inline(always)]
+pub(crate) fn filter<S: Simd>(
+    simd: S,
+    triangles: &Triangles<'_>,
+    rays: &[Ray; LANES],
+    ids: &[u32; LANES],
+    nearest: &[f64; LANES],
+) -> Verdicts {
+    let [a, b, c] = gather::corners(simd, triangles, ids);
+    let rays = EightRays::new(simd, rays);
+    let (ab, bc, ca) = (b.minus(a), c.minus(b), a.minus(c));
+    let (sup_ab, sup_bc, sup_ca) = (ab.greatest(), bc.greatest(), ca.greatest());
+    let ac = Points { x: -ca.x, y: -ca.y, z: -ca.z };
+    let (a, b, c) = (a.minus(rays.origin), b.minus(rays.origin), c.minus(rays.origin));
+    let of_direction = rays.direction.greatest() * (6.0 * TRIPLE_PRODUCT_ERROR);
+
+    // A·N, with the error that is zero where nothing was rounded.
+    let normal = cross(ab, ac);
+    let permanent = permanent(ab.magnitudes(), ac.magnitudes());
+    let side = a.fused_dot(normal);
+    let side_error = a.magnitudes().fused_dot(permanent) * TRIPLE_PRODUCT_ERROR;
+    let zero = Lanes::simd_from(simd, 0.0);
+    let within = side.simd_eq(zero) & side_error.simd_eq(zero);
+
+    let d = rays.direction;
+    let one = Signs::of(d.fused_dot(cross(a, ab)), of_direction * a.greatest() * sup_ab);
+    let two = Signs::of(d.fused_dot(cross(b, bc)), of_direction * b.greatest() * sup_bc);
+    let three = Signs::of(d.fused_dot(cross(c, ca)), of_direction * c.greatest() * sup_ca);
+    let four = Signs::of(side, side_error);
+    let all_positive = one.positive & two.positive & three.positive & four.positive;
+    let all_negative = one.negative & two.negative & three.negative & four.negative;
+    let some_positive = one.positive | two.positive | three.positive | four.positive;
+    let some_negative = one.negative | two.negative | three.negative | four.negative;
+    let missed = (some_positive & some_negative) | within;
+
+    // t, as of `Distance::bounds`.
+    let facing = d.fused_dot(normal);
+    let facing_error = of_direction * sup_ab * sup_ca;
+    let (n, d) = (side.abs(), facing.abs());
+    let slack = 4.0 * U;
+    let lo = ((n - side_error) / (d + facing_error) * (1.0 - slack)).max(zero);
+    let hi = (n + side_error) / (d - facing_error) * (1.0 + slack);
+    let unbounded = Lanes::simd_from(simd, f64::INFINITY);
+    let hi = hi.simd_ge(lo).select(hi, unbounded);
+
+    let beyond = lo.simd_gt(Lanes::load_array_ref(simd, nearest));
+    let after = rays.t_min.simd_eq(zero) | lo.simd_gt(rays.t_min);
+    let before = rays.t_max.simd_eq(unbounded) | hi.simd_lt(rays.t_max);
+    let possible = !(missed | beyond);
+    let certain = (all_positive | all_negative) & after & before & possible;
+    Verdicts {
+        possible: possible.to_bitmask(),
+        certain: certain.to_bitmask(),
+        from_behind: all_positive.to_bitmask(),
+        lo: lo.to_array(),
+        hi: hi.to_array(),
+    }
+}
+
+/// The signs of eight numbers, where certain.
+struct Signs<S: Simd> {
+    positive: LaneMask<S>,
+    negative: LaneMask<S>,
+}
+
+impl<S: Simd> Signs<S> {
+    #[inline(always)]
+    fn of(value: Lanes<S>, error: Lanes<S>) -> Self {
+        Self { positive: value.simd_gt(error), negative: value.simd_lt(-error) }
+    }
+}
+
+/// y×z.
+#[inline(always)]
+fn cross<S: Simd>(y: Points<S>, z: Points<S>) -> Points<S> {
+    Points {
+        x: y.y.mul_sub(z.z, y.z * z.y),
+        y: y.z.mul_sub(z.x, y.x * z.z),
+        z: y.x.mul_sub(z.y, y.y * z.x),
+    }
+}
+
+/// The sums of the magnitudes of the products of y×z, from those of y and z.
+#[inline(always)]
+fn permanent<S: Simd>(y: Points<S>, z: Points<S>) -> Points<S> {
+    Points {
+        x: y.y.mul_add(z.z, y.z * z.y),
+        y: y.z.mul_add(z.x, y.x * z.z),
+        z: y.x.mul_add(z.y, y.y * z.x),
+    }
+}
+
+/// Pairs that wait until they are eight, or a few more.
+#[derive(Debug, Default)]
+pub(crate) struct Pairs {
+    /// The places of the rays.
+    rays: [u32; 2 * LANES],
+    /// The triangles.
+    ids: [u32; 2 * LANES],
+    len: usize,
+}
+
+impl Pairs {
+    /// Adds the triangles of a ray whose bits are set. There must be fewer than eight pairs.
+    #[inline(always)]
+    pub(crate) fn push<S: Simd>(&mut self, simd: S, ray: u32, ids: u32x8<S>, bits: u64) {
+        let ids = ids.compress(mask32x8::from_bitmask(simd, bits));
+        ids.store_slice(&mut self.ids[self.len..self.len + LANES]);
+        u32x8::splat(simd, ray).store_slice(&mut self.rays[self.len..self.len + LANES]);
+        self.len += bits.count_ones() as usize;
+    }
+
+    /// The number of pairs.
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Takes the first eight pairs, or what there is: their rays, their triangles, and how many they are. The rest of the eight
+    /// repeats the first.
+    #[inline(always)]
+    pub(crate) fn take(&mut self) -> ([u32; LANES], [u32; LANES], usize) {
+        let count = self.len.min(LANES);
+        for lane in count..LANES {
+            (self.rays[lane], self.ids[lane]) = (self.rays[0], self.ids[0]);
+        }
+        let mut eight = [[0; LANES]; 2];
+        for (all, eight) in [&mut self.rays, &mut self.ids].into_iter().zip(&mut eight) {
+            let (first, rest) = all.split_at_mut(LANES);
+            eight.copy_from_slice(first);
+            first.copy_from_slice(rest);
+        }
+        self.len -= count;
+        let [rays, ids] = eight;
+        (rays, ids, count)
+    }
+}
