@@ -18,11 +18,11 @@
 //!
 //! Based on: Tomas Möller and Ben Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997.
 
-use fearless_simd::prelude::*;
+use fearless_simd::{prelude::*, u32x8};
 
-use crate::Triangles;
-use crate::culling_space::{CulledRay, CullingSpace};
-use crate::gather::eight_corners;
+use crate::cost_groups::Group;
+use crate::culling_space::CulledRay;
+use crate::hits::NO_TRIANGLE;
 use crate::lanes::{LANES, Narrow};
 
 /// Error of u and v per unit of |T| + E.
@@ -37,29 +37,28 @@ pub(crate) struct GroupTriangles<S: Simd> {
     size: Narrow<S>,
     /// A point near all.
     middle: [f32; 3],
+    /// Their ids, and which of them there are.
+    pub(crate) ids: u32x8<S>,
+    present: u64,
 }
 
 impl<S: Simd> GroupTriangles<S> {
-    /// Up to eight triangles; the last one is repeated.
+    /// The triangles of a group around a point.
     #[inline(always)]
-    pub(crate) fn new(simd: S, triangles: &Triangles<'_>, space: &CullingSpace, ids: &[u32]) -> Self {
-        let mut eight = [ids[ids.len() - 1]; LANES];
-        eight[..ids.len()].copy_from_slice(ids);
-        let corners = eight_corners(simd, triangles, &eight);
-        let zero = Narrow::simd_from(simd, 0.0);
-        let (mut a, mut e1, mut e2) = ([zero; 3], [zero; 3], [zero; 3]);
-        let mut size = zero;
-        let mut middle = [0.0; 3];
-        for k in 0..3 {
-            let corner = |corner: usize| Narrow::load_array_ref(simd, &corners[corner][k]);
-            a[k] = space.coordinate(corner(0), k);
-            e1[k] = space.coordinate(corner(1), k) - a[k];
-            e2[k] = space.coordinate(corner(2), k) - a[k];
-            size += e1[k].abs() + e2[k].abs();
-            let sum: f32 = a[k].to_array().iter().sum();
-            middle[k] = sum / LANES as f32;
-        }
-        Self { a, e1, e2, size, middle }
+    pub(crate) fn new(simd: S, group: &Group, middle: [f32; 3]) -> Self {
+        let load = |p: &[[f32; LANES]; 3]| {
+            [
+                Narrow::load_array_ref(simd, &p[0]),
+                Narrow::load_array_ref(simd, &p[1]),
+                Narrow::load_array_ref(simd, &p[2]),
+            ]
+        };
+        let (a, e1, e2) = (load(&group.a), load(&group.e1), load(&group.e2));
+        let ([x1, y1, z1], [x2, y2, z2]) = (e1, e2);
+        let size = x1.abs() + y1.abs() + z1.abs() + (x2.abs() + y2.abs() + z2.abs());
+        let ids = u32x8::load_array_ref(simd, &group.ids);
+        let present = !ids.simd_eq(u32x8::splat(simd, NO_TRIANGLE));
+        Self { a, e1, e2, size, middle, ids, present: present.to_bitmask() }
     }
 
     /// The triangles, as bits, that the ray's line may meet.
@@ -90,14 +89,15 @@ impl<S: Simd> GroupTriangles<S> {
         let along = e2z.mul_add(qz, e2y.mul_add(qy, e2x * qx));
         let beyond = (along - determinant * ahead) * determinant;
         let beyond_error = (error + ahead.abs() * ERROR) * self.size * determinant.abs();
-        (meets & beyond.simd_le(beyond_error)).to_bitmask()
+        (meets & beyond.simd_le(beyond_error)).to_bitmask() & self.present
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Isa, Ray};
+    use crate::culling_space::CullingSpace;
+    use crate::{Isa, Ray, Triangles};
     use fearless_simd::dispatch;
     use glam::DVec3;
 
@@ -148,7 +148,11 @@ mod tests {
                 assert_eq!(cut.meeting, 255, "{ray:?} misses the scene");
                 let (culled, _) = cut.get(3, 0);
                 let candidates = dispatch!(level, simd => {
-                    GroupTriangles::new(simd, &triangles, &space, &[0]).candidates(&culled)
+                    let mut ids = [NO_TRIANGLE; LANES];
+                    ids[0] = 0;
+                    let group = Group::new(simd, &triangles, &space, &ids);
+                    let middle = [0, 1, 2].map(|k| group.a[k][0]);
+                    GroupTriangles::new(simd, &group, middle).candidates(&culled)
                 });
                 assert_eq!(candidates & 1, 1, "{ray:?} {positions:?}");
             }

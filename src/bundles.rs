@@ -27,7 +27,7 @@
 use std::mem::size_of;
 use std::ops::Range;
 
-use fearless_simd::{Level, dispatch, mask16x8, prelude::*, u16x8, u32x8};
+use fearless_simd::{Level, dispatch, mask16x8, prelude::*, u16x8};
 use rayon::prelude::*;
 
 use crate::bundle_leaf::GroupTriangles;
@@ -274,7 +274,10 @@ impl Bundle<'_> {
             let child = node.child(lane);
             let list = &lists[lane * (list.len() + LANES)..][..counts[lane]];
             match child.leaf() {
-                Some(group) => dispatch!(self.query.objects.level, simd => self.leaf(simd, group, list)),
+                Some(group) => {
+                    let middle = boxes.centre(lane);
+                    dispatch!(self.query.objects.level, simd => self.leaf(simd, (group, middle), list))
+                }
                 None => self.descend(child, list, free),
             }
         }
@@ -319,20 +322,13 @@ impl Bundle<'_> {
 
     /// "DirectlyIntersect": a group of triangles against the rays of a list.
     #[inline(always)]
-    fn leaf<S: Simd>(&mut self, simd: S, group: usize, list: &[u16]) {
-        let Objects { triangles, groups, space, .. } = self.query.objects;
-        let ids = groups.ids(group);
-        if ids.is_empty() {
-            return;
-        }
-        self.stats.triangles_set_up += ids.len() as u64;
-        let set_up = GroupTriangles::new(simd, triangles, space, ids);
-        let mut eight = [0; LANES];
-        eight[..ids.len()].copy_from_slice(ids);
-        let eight = u32x8::load_array(simd, eight);
+    fn leaf<S: Simd>(&mut self, simd: S, (group, middle): (usize, [f32; 3]), list: &[u16]) {
+        let Some(group) = self.query.objects.groups.group(group) else { return };
+        let set_up = GroupTriangles::new(simd, group, middle);
+        self.stats.triangles_set_up += LANES as u64;
         for &ray in list {
-            let candidates = set_up.candidates(&self.rays[ray as usize]) & ((1 << ids.len()) - 1);
-            self.pairs.push(simd, u32::from(ray), eight, candidates);
+            let candidates = set_up.candidates(&self.rays[ray as usize]);
+            self.pairs.push(simd, u32::from(ray), set_up.ids, candidates);
             if self.pairs.len() >= LANES {
                 self.test_pairs(simd);
             }

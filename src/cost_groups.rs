@@ -13,13 +13,13 @@
 
 use std::mem::size_of;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, dispatch, prelude::*};
 use rayon::prelude::*;
 
 use crate::culling_space::CullingSpace;
-use crate::gather::bounds;
+use crate::gather::{bounds, eight_corners};
 use crate::hits::NO_TRIANGLE;
-use crate::lanes::{Boxes, LANES};
+use crate::lanes::{Boxes, LANES, Narrow};
 use crate::runs::Node;
 use crate::{Aabb, Triangles};
 
@@ -32,11 +32,24 @@ const BINS: usize = 16;
 /// Objects that are divided in parallel.
 const PARALLEL: usize = 1 << 12;
 
+/// Eight triangles in the culling space. Lanes without one repeat another.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(crate) struct Group {
+    /// The corners a.
+    pub(crate) a: [[f32; LANES]; 3],
+    /// b − a.
+    pub(crate) e1: [[f32; LANES]; 3],
+    /// c − a.
+    pub(crate) e2: [[f32; LANES]; 3],
+    /// [`NO_TRIANGLE`] for none.
+    pub(crate) ids: [u32; LANES],
+}
+
 /// Triangles in groups, with the boxes of the implicit hierarchy over them.
 #[derive(Debug)]
 pub(crate) struct Groups {
-    /// The triangle at each place; [`NO_TRIANGLE`] for none.
-    places: Vec<u32>,
+    groups: Vec<Group>,
     /// Boxes of the groups in the culling space, then of ever larger ones, up to one vector of boxes.
     levels: Vec<Vec<Boxes>>,
     triangles: usize,
@@ -57,7 +70,9 @@ impl Groups {
         divide(&mut items, &mut places, capacity);
         drop(items);
         let boxes = group_boxes(triangles, space, &places, level);
-        let mut groups = Self { places, levels: vec![boxes], triangles: triangles.len() };
+        let eight = |ids: &[u32]| dispatch!(level, simd => Group::new(simd, triangles, space, ids));
+        let of_groups = places.par_chunks(FANOUT).with_min_len(64).map(eight).collect();
+        let mut groups = Self { groups: of_groups, levels: vec![boxes], triangles: triangles.len() };
         while let Some(top) = groups.levels.last().filter(|top| top.len() > 1) {
             let next = top.par_chunks(FANOUT).with_min_len(64).map(|children| {
                 let mut boxes = Boxes::EMPTY;
@@ -89,18 +104,46 @@ impl Groups {
         node.boxes(&self.levels)
     }
 
-    /// The ids of a group's triangles.
+    /// The triangles of a group; none in a place that fills up a vector of boxes.
     #[inline]
-    pub(crate) fn ids(&self, group: usize) -> &[u32] {
-        ids_of(&self.places, group)
+    pub(crate) fn group(&self, group: usize) -> Option<&Group> {
+        self.groups.get(group)
     }
 
     /// Bytes at the peak.
     pub(crate) fn bytes(&self) -> usize {
         let boxes: usize = self.levels.iter().map(Vec::capacity).sum();
-        let boxes = boxes * size_of::<Boxes>();
+        let kept = boxes * size_of::<Boxes>() + self.groups.capacity() * size_of::<Group>();
         let items = self.triangles * size_of::<Item>();
-        self.places.capacity() * size_of::<u32>() + if boxes > items { boxes } else { items }
+        let places = self.groups.len() * size_of::<[u32; FANOUT]>();
+        places + if kept > items { kept } else { items }
+    }
+}
+
+impl Group {
+    /// The triangles of a group's places.
+    #[inline(always)]
+    pub(crate) fn new<S: Simd>(
+        simd: S,
+        triangles: &Triangles<'_>,
+        space: &CullingSpace,
+        places: &[u32],
+    ) -> Self {
+        let mut ids = [NO_TRIANGLE; LANES];
+        ids.copy_from_slice(places);
+        let present = ids_of(places, 0);
+        let mut eight = [present.last().copied().unwrap_or(0); LANES];
+        eight[..present.len()].copy_from_slice(present);
+        let corners = eight_corners(simd, triangles, &eight);
+        let [mut a, mut e1, mut e2] = [[[0.0; LANES]; 3]; 3];
+        for k in 0..3 {
+            let corner = |corner: usize| Narrow::load_array_ref(simd, &corners[corner][k]);
+            let from = space.coordinate(corner(0), k);
+            a[k] = from.to_array();
+            e1[k] = (space.coordinate(corner(1), k) - from).to_array();
+            e2[k] = (space.coordinate(corner(2), k) - from).to_array();
+        }
+        Self { a, e1, e2, ids }
     }
 }
 
@@ -324,7 +367,8 @@ mod tests {
                 assert!(bounds.is_empty() || bounds.union(around) == around, "{bounds:?} in {around:?}");
                 match node.child(lane).leaf() {
                     Some(group) => {
-                        for &id in groups.ids(group) {
+                        let ids = groups.group(group).map_or([NO_TRIANGLE; LANES], |group| group.ids);
+                        for id in ids.into_iter().filter(|&id| id != NO_TRIANGLE) {
                             seen[id as usize] += 1;
                             let own = space.aabb(&triangles.bounds(id));
                             assert_eq!(own.union(bounds), bounds, "triangle {id}");

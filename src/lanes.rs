@@ -187,6 +187,11 @@ impl Boxes {
         Aabb { lo: [0, 1, 2].map(|k| self.lo[k][lane]), hi: [0, 1, 2].map(|k| self.hi[k][lane]) }
     }
 
+    /// The centre of the box of a lane.
+    pub(crate) fn centre(&self, lane: usize) -> [f32; 3] {
+        [0, 1, 2].map(|k| (self.lo[k][lane] + self.hi[k][lane]) * 0.5)
+    }
+
     /// lo and hi of all lanes, from a base. Empty lanes are infinite.
     #[inline(always)]
     pub(crate) fn corners<S: Simd>(&self, simd: S, base: DVec3) -> [Points<S>; 2] {
