@@ -128,7 +128,9 @@ fn lists_for(rays: usize, groups: &Groups) -> usize {
 /// Based on: Henry Warren, "Hacker's Delight", 2002, section 7-3.
 #[inline(always)]
 fn transposed_bits(mut rows: u64) -> u64 {
-    for (distance, upper) in [(7, 0x00AA_00AA_00AA_00AA), (14, 0x0000_CCCC_0000_CCCC), (28, 0x0000_0000_F0F0_F0F0)] {
+    for (distance, upper) in
+        [(7, 0x00AA_00AA_00AA_00AA), (14, 0x0000_CCCC_0000_CCCC), (28, 0x0000_0000_F0F0_F0F0)]
+    {
         let swapped = (rows ^ (rows >> distance)) & upper;
         rows ^= swapped ^ (swapped << distance);
     }
@@ -175,12 +177,7 @@ impl Workspace {
 
     /// Cuts rays to the scene, sorted by octant. Returns where each octant ends.
     #[inline(always)]
-    fn cut<S: Simd>(
-        &mut self,
-        simd: S,
-        query: &Query<'_>,
-        probes: Range<u32>,
-    ) -> Option<[usize; OCTANTS]> {
+    fn cut<S: Simd>(&mut self, simd: S, query: &Query<'_>, probes: Range<u32>) -> Option<[usize; OCTANTS]> {
         self.sort(query, probes);
         self.rays.clear();
         self.found.clear();

@@ -214,7 +214,8 @@ impl CulledRay {
 #[inline]
 pub(crate) fn octant(direction: DVec3) -> usize {
     // The signs, that of a zero as well.
-    (direction.to_array().into_iter().rev()).fold(0, |octant, x| octant << 1 | usize::from(x.is_sign_negative()))
+    (direction.to_array().into_iter().rev())
+        .fold(0, |octant, x| octant << 1 | usize::from(x.is_sign_negative()))
 }
 
 /// The planes of eight boxes of the cube, widened, that rays of an octant meet first and last. Empty boxes stay empty.

@@ -133,21 +133,13 @@ impl<S: Simd> Signs<S> {
 /// y×z.
 #[inline(always)]
 fn cross<S: Simd>(y: Points<S>, z: Points<S>) -> Points<S> {
-    Points {
-        x: y.y.mul_sub(z.z, y.z * z.y),
-        y: y.z.mul_sub(z.x, y.x * z.z),
-        z: y.x.mul_sub(z.y, y.y * z.x),
-    }
+    Points { x: y.y.mul_sub(z.z, y.z * z.y), y: y.z.mul_sub(z.x, y.x * z.z), z: y.x.mul_sub(z.y, y.y * z.x) }
 }
 
 /// The sums of the magnitudes of the products of y×z, from those of y and z.
 #[inline(always)]
 fn permanent<S: Simd>(y: Points<S>, z: Points<S>) -> Points<S> {
-    Points {
-        x: y.y.mul_add(z.z, y.z * z.y),
-        y: y.z.mul_add(z.x, y.x * z.z),
-        z: y.x.mul_add(z.y, y.y * z.x),
-    }
+    Points { x: y.y.mul_add(z.z, y.z * z.y), y: y.z.mul_add(z.x, y.x * z.z), z: y.x.mul_add(z.y, y.y * z.x) }
 }
 
 /// Pairs that wait until they are eight, or a few more.
