@@ -144,7 +144,7 @@ mod tests {
                 if away == 0.0 {
                     continue;
                 }
-                let cut = dispatch!(level, simd => space.cut(simd, &[ray; LANES]));
+                let cut = dispatch!(level, simd => space.cut(simd, &[&ray; LANES]));
                 assert_eq!(cut.meeting, 255, "{ray:?} misses the scene");
                 let (culled, _) = cut.get(3, 0);
                 let candidates = dispatch!(level, simd => {

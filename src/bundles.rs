@@ -36,7 +36,7 @@ use crate::culling_space::{CulledRay, CullingSpace, Parameter, octant, planes};
 use crate::lanes::{Boxes, LANES, bits};
 use crate::pairs::{self, Pairs, Verdicts};
 use crate::predicates::{Distance, saturate};
-use crate::probes::{Nearest, Probes};
+use crate::probes::{A_RAY, Nearest, Probes};
 use crate::runs::Node;
 use crate::shaft::Shaft;
 use crate::{Hits, Stats, Triangles};
@@ -186,7 +186,8 @@ impl Workspace {
             for probes in sorted.chunks(LANES) {
                 let mut eight = [probes[0]; LANES];
                 eight[..probes.len()].copy_from_slice(probes);
-                let eight = eight.map(|probe| query.probes.ray(probe));
+                let mut space = [A_RAY; LANES];
+                let eight = query.probes.eight(eight, &mut space);
                 let cut = query.objects.space.cut(simd, &eight);
                 if cut.far != 0 {
                     return None;
@@ -340,7 +341,8 @@ impl Bundle<'_> {
         let (rays, ids, count) = self.pairs.take();
         self.stats.doubtful_samples += count as u64;
         let mut verdicts = Verdicts::NONE;
-        let eight = rays.map(|ray| probes.ray(self.rays[ray as usize].probe));
+        let mut space = [A_RAY; LANES];
+        let eight = probes.eight(rays.map(|ray| self.rays[ray as usize].probe), &mut space);
         if probes.are_rays() {
             let mut nearest = [0.0; LANES];
             for (nearest, &ray) in nearest.iter_mut().zip(&rays) {
@@ -354,7 +356,7 @@ impl Bundle<'_> {
             if any && found.nearest.is_hit() {
                 continue;
             }
-            let (ray, triangle) = ((culled.probe, &eight[lane]), (ids[lane], verdicts.known(lane)));
+            let (ray, triangle) = ((culled.probe, eight[lane]), (ids[lane], verdicts.known(lane)));
             if probes.test_known(ray, triangle, objects.triangles, &mut found.nearest, self.stats) {
                 culled.t_max = if any { -1.0 } else { found.parameter.upper(found.nearest.hi) };
             }

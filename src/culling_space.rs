@@ -132,7 +132,7 @@ impl CullingSpace {
 
     /// Eight rays in the cube.
     #[inline(always)]
-    pub(crate) fn cut<S: Simd>(&self, simd: S, rays: &[Ray; LANES]) -> CutRays {
+    pub(crate) fn cut<S: Simd>(&self, simd: S, rays: &[&Ray; LANES]) -> CutRays {
         let splat = |x: f64| Lanes::simd_from(simd, x);
         let rays = EightRays::new(simd, rays);
         let scale = f64::from(self.scale);
@@ -269,7 +269,7 @@ mod tests {
                 }
                 let start = point - direction * (f64::from(scale) * 10.0 * next().powi(4));
                 let ray = Ray::new(start, direction);
-                let cut = dispatch!(level, simd => space.cut(simd, &[ray; LANES]));
+                let cut = dispatch!(level, simd => space.cut(simd, &[&ray; LANES]));
                 assert_eq!(cut.meeting, 255, "{ray:?} misses the scene");
                 let (culled, _) = cut.get(3, 0);
                 let mut boxes = Boxes::EMPTY;

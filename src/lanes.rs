@@ -127,7 +127,7 @@ pub(crate) struct EightRays<S: Simd> {
 
 impl<S: Simd> EightRays<S> {
     #[inline(always)]
-    pub(crate) fn new(simd: S, rays: &[Ray; LANES]) -> Self {
+    pub(crate) fn new(simd: S, rays: &[&Ray; LANES]) -> Self {
         let mut rows = [Lanes::simd_from(simd, 0.0); LANES];
         for (row, Ray { origin: o, direction: d, t_min, t_max }) in rows.iter_mut().zip(rays) {
             *row = Lanes::load_array(simd, [o.x, o.y, o.z, d.x, d.y, d.z, *t_min, *t_max]);

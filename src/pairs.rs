@@ -62,7 +62,7 @@ impl Verdicts {
 pub(crate) fn filter<S: Simd>(
     simd: S,
     triangles: &Triangles<'_>,
-    rays: &[Ray; LANES],
+    rays: &[&Ray; LANES],
     ids: &[u32; LANES],
     nearest: &[f64; LANES],
 ) -> Verdicts {

@@ -3,9 +3,12 @@
 //!
 //! A hit is kept as bounds of its t. Two hits whose bounds do not overlap need no exact comparison.
 
+use glam::DVec3;
+
 use crate::depth::precedes;
 use crate::hemisphere::AmbientRay;
 use crate::hits::NO_TRIANGLE;
+use crate::lanes::LANES;
 use crate::pairs::Known;
 use crate::pencil::Origin;
 use crate::predicates::{Distance, covers, within_interval};
@@ -47,6 +50,10 @@ impl Nearest {
     }
 }
 
+/// Any ray.
+pub(crate) const A_RAY: Ray =
+    Ray { origin: DVec3::ZERO, direction: DVec3::X, t_min: 0.0, t_max: f64::INFINITY };
+
 impl Probes<'_> {
     /// The number of probes.
     pub(crate) fn len(&self) -> usize {
@@ -66,6 +73,22 @@ impl Probes<'_> {
             Self::Segments(segments) => segments[index as usize].as_ray(),
             Self::Shadows(light, receivers) => culling_ray(*light, &receivers[index as usize]),
             Self::Ambient(rays) => rays[index as usize].ray,
+        }
+    }
+
+    /// The rays of eight probes: where they are, or made in `space`.
+    #[inline(always)]
+    pub(crate) fn eight<'b>(&'b self, probes: [u32; LANES], space: &'b mut [Ray; LANES]) -> [&'b Ray; LANES] {
+        // A ray is a line of the cache that is read and no more, unless it is copied first.
+        match self {
+            Self::Rays(Rays::General(rays)) => probes.map(|probe| &rays[probe as usize]),
+            Self::Ambient(rays) => probes.map(|probe| &rays[probe as usize].ray),
+            _ => {
+                for (ray, probe) in space.iter_mut().zip(probes) {
+                    *ray = self.ray(probe);
+                }
+                space.each_ref()
+            }
         }
     }
 
