@@ -1,7 +1,8 @@
 //! Arbitrary rays, in bundles: rays and objects divided together, with one bound for many rays.
 //!
 //! ```text
-//! for each window of consecutive rays, in parallel:
+//! for each chunk of consecutive rays, in parallel: order them by their origins
+//! for each window of these:
 //!     cut the rays to the scene; sort them by the octant of their direction
 //!     for each octant: descend(rays, all objects)
 //!
@@ -16,37 +17,40 @@
 //! that come first are the same, and so is the order of the parts.
 //!
 //! Measured with 2 million diffuse-bounce rays: with the runs of [`crate::runs`] a ray asked 47 nodes and was tested with 48 times eight
-//! triangles (sponza), 16 and 16 (koala); with [`crate::cost_groups`] it is 18 and 5, 8 and 2.5. A ray goes on into 1.3 of a
-//! node's eight parts, so it is put on their lists at once: looking through all rays for each part took a quarter of all
-//! instructions. Windows of 2¹³ rays take a fifth less time than ones of 2¹⁶: they stay in the cache.
+//! triangles (sponza), 16 and 16 (koala); with [`crate::cost_groups`] it is 18 and 5, 8 and 2.5. A ray goes on into 1.6 of a
+//! node's eight parts. Lists are made eight rays at a time: their answers are a matrix of bits, transposed, and each row
+//! compresses the eight numbers. Ray by ray that took 1.2 times the time of the whole, most of it for branches guessed wrong.
+//! Pairs that the filter of a leaf lets pass wait until they are eight ([`crate::pairs`]): one by one, in f64, they took a third.
+//!
+//! Windows of 2¹² to 2¹⁴ rays take the same time; ones of 2¹⁶ a fifth more. Tried and dropped: reading a number of every line that the
+//! children of a node are in, so that the waits overlap, gave nothing beyond chance. On SSE2 alone, without a byte shuffle to
+//! compress with, lists cost more than ray by ray (13 % of all); nothing newer than 2006 lacks one.
 //!
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
 //! 2011, Algorithm 1; Rasmus Barringer and Tomas Akenine-Möller, "Dynamic Ray Stream Traversal", 2014 (lists of rays per
 //! node); Alexander Reshetov, Alexei Soupikov, Jim Hurley, "Multi-Level Ray Tracing Algorithm", 2005 (one bound for many rays).
 
 use std::mem::size_of;
-use std::ops::Range;
 
 use fearless_simd::{Level, dispatch, mask16x8, prelude::*, u16x8};
 use rayon::prelude::*;
 
 use crate::bundle_leaf::GroupTriangles;
 use crate::cost_groups::Groups;
-use crate::culling_space::{CulledRay, CullingSpace, Parameter, octant, planes};
+use crate::culling_space::{CulledRay, CullingSpace, OCTANTS, Parameter, octant, planes};
 use crate::lanes::{Boxes, LANES, bits};
 use crate::pairs::{self, Pairs, Verdicts};
 use crate::predicates::{Distance, saturate};
 use crate::probes::{A_RAY, Nearest, Probes};
+use crate::ray_order::{CHUNK, RayOrder};
 use crate::runs::Node;
 use crate::shaft::Shaft;
-use crate::{Hits, Stats, Triangles};
+use crate::{Hits, Ray, Stats, Triangles};
 
 /// The most rays of a window. Indices of a list must fit u16.
 pub(crate) const WINDOW: usize = 1 << 13;
 /// The fewest rays for which a thread is worth its while.
 const FEWEST: usize = 1 << 10;
-/// Octants of directions.
-const OCTANTS: usize = 8;
 
 /// Triangles, ready for rays.
 #[derive(Debug)]
@@ -68,19 +72,31 @@ impl<'a> Objects<'a> {
     pub(crate) fn intersect(&self, probes: Probes<'_>, any: bool, hits: &mut Hits) -> Option<Stats> {
         let query = Query { objects: self, probes, any };
         let threads = rayon::current_num_threads();
-        let window = (probes.len() / (threads * 4)).clamp(FEWEST, WINDOW);
-        let windows = hits.ids.par_chunks_mut(window).zip(hits.ts.par_chunks_mut(window)).enumerate();
-        let of_window = |work: &mut Workspace, (index, (ids, ts)): (usize, (&mut [u32], &mut [f32]))| {
+        let chunk = (probes.len() / (threads * 8)).clamp(FEWEST, CHUNK);
+        let chunks = hits.ids.par_chunks_mut(chunk).zip(hits.ts.par_chunks_mut(chunk)).enumerate();
+        let of_chunk = |state: &mut (RayOrder, Workspace),
+                        (index, (ids, ts)): (usize, (&mut [u32], &mut [f32]))| {
+            let (order, work) = state;
             // In range: there are fewer than 2³² rays.
-            let first = (index * window) as u32;
-            let stats = work.intersect(&query, first..first + ids.len() as u32)?;
-            work.write(&query, first, ids, ts);
+            let first = (index * chunk) as u32;
+            let rays = first..first + ids.len() as u32;
+            let entries = dispatch!(self.level, simd => order.of(simd, &probes, rays, &self.space));
+            let mut stats = Stats::default();
+            for window in entries.chunks(WINDOW) {
+                let probes = window.iter().map(|entry| (entry.probe(first), entry.octant()));
+                stats = stats.plus(work.intersect(&query, probes)?);
+                work.write(&query, |probe, id, t| {
+                    let place = (probe - first) as usize;
+                    (ids[place], ts[place]) = (id, t);
+                });
+            }
             Some(stats)
         };
-        let stats = windows.map_init(Workspace::default, of_window);
+        let stats = chunks.map_init(Default::default, of_chunk);
         let stats = stats.try_reduce(Stats::default, |one, other| Some(one.plus(other)))?;
-        let workspaces = threads.min(probes.len().div_ceil(window)) * self.workspace_bytes(window);
-        Some(Stats { engine_bytes: (self.bytes() + workspaces) as u64, ..stats })
+        let of_thread = self.workspace_bytes(chunk.min(WINDOW)) + RayOrder::bytes_for(chunk);
+        let threads = threads.min(probes.len().div_ceil(chunk));
+        Some(Stats { engine_bytes: (self.bytes() + threads * of_thread) as u64, ..stats })
     }
 
     /// Finds any hit of the rays of one window, at most [`WINDOW`], and tells those that hit something.
@@ -92,7 +108,8 @@ impl<'a> Objects<'a> {
     ) -> Option<Stats> {
         let query = Query { objects: self, probes, any: true };
         // In range: a window is small.
-        let stats = work.intersect(&query, 0..probes.len() as u32)?;
+        let rays = (0..probes.len() as u32).map(|probe| (probe, octant(probes.ray(probe).direction)));
+        let stats = work.intersect(&query, rays)?;
         let rays = work.rays.iter().zip(&work.found);
         rays.filter(|(_, found)| found.nearest.is_hit()).for_each(|(ray, _)| hit(ray.probe));
         Some(stats)
@@ -105,7 +122,7 @@ impl<'a> Objects<'a> {
 
     /// Bytes that a thread needs for windows of so many rays.
     pub(crate) fn workspace_bytes(&self, rays: usize) -> usize {
-        let of_ray = size_of::<CulledRay>() + size_of::<Found>() + size_of::<u32>();
+        let of_ray = size_of::<CulledRay>() + size_of::<Ray>() + size_of::<Found>() + size_of::<u32>();
         rays * of_ray + lists_for(rays, &self.groups) * size_of::<u16>()
     }
 }
@@ -148,6 +165,8 @@ struct Found {
 #[derive(Debug, Default)]
 pub(crate) struct Workspace {
     rays: Vec<CulledRay>,
+    /// The same rays as they were given.
+    exact: Vec<Ray>,
     /// Probes by octant.
     sorted: [Vec<u32>; OCTANTS],
     /// Of each ray.
@@ -158,11 +177,12 @@ pub(crate) struct Workspace {
 }
 
 impl Workspace {
-    /// Finds the hits of a window. `None` if a ray begins too far away.
-    fn intersect(&mut self, query: &Query<'_>, probes: Range<u32>) -> Option<Stats> {
+    /// Finds the hits of a window of probes, each with the octant of its ray. `None` if a ray begins too far away.
+    fn intersect(&mut self, query: &Query<'_>, probes: impl Iterator<Item = (u32, usize)>) -> Option<Stats> {
         self.stats = Stats::default();
-        let level = query.objects.level;
-        let ends = dispatch!(level, simd => self.cut(simd, query, probes))?;
+        self.sorted.iter_mut().for_each(Vec::clear);
+        probes.for_each(|(probe, octant)| self.sorted[octant].push(probe));
+        let ends = dispatch!(query.objects.level, simd => self.cut(simd, query))?;
         let lists = lists_for(self.rays.len(), &query.objects.groups);
         self.lists.resize(lists.max(self.lists.len()), 0);
         let mut first = 0;
@@ -175,10 +195,10 @@ impl Workspace {
         Some(self.stats)
     }
 
-    /// Cuts rays to the scene, sorted by octant. Returns where each octant ends.
+    /// Cuts the sorted rays to the scene. Returns where each octant ends.
     #[inline(always)]
-    fn cut<S: Simd>(&mut self, simd: S, query: &Query<'_>, probes: Range<u32>) -> Option<[usize; OCTANTS]> {
-        self.sort(query, probes);
+    fn cut<S: Simd>(&mut self, simd: S, query: &Query<'_>) -> Option<[usize; OCTANTS]> {
+        self.exact.clear();
         self.rays.clear();
         self.found.clear();
         let mut ends = [0; OCTANTS];
@@ -195,6 +215,7 @@ impl Workspace {
                 for lane in bits(cut.meeting & ((1 << probes.len()) - 1)) {
                     let (culled, parameter) = cut.get(lane, probes[lane]);
                     self.rays.push(culled);
+                    self.exact.push(*eight[lane]);
                     self.found.push(Found { nearest: Nearest::none(eight[lane].t_max), parameter });
                 }
             }
@@ -203,22 +224,15 @@ impl Workspace {
         Some(ends)
     }
 
-    /// Sorts probes by the octants of their rays.
-    fn sort(&mut self, query: &Query<'_>, probes: Range<u32>) {
-        self.sorted.iter_mut().for_each(Vec::clear);
-        for probe in probes {
-            self.sorted[octant(query.probes.ray(probe).direction)].push(probe);
-        }
-    }
-
     /// All rays of an octant.
     fn descend_octant(&mut self, query: &Query<'_>, octant: usize, first: usize, end: usize) {
-        let Self { rays, found, lists, stats, .. } = self;
+        let Self { rays, exact, found, lists, stats, .. } = self;
         let mut bundle = Bundle {
             query,
             octant,
             shaft: Shaft::around(&rays[first..end], octant),
             rays: &mut rays[first..end],
+            exact: &exact[first..end],
             found: &mut found[first..end],
             pairs: Pairs::default(),
             stats,
@@ -229,22 +243,21 @@ impl Workspace {
         bundle.descend(query.objects.groups.root(), list, free);
     }
 
-    /// Writes the hits of a window.
-    fn write(&self, query: &Query<'_>, first: u32, ids: &mut [u32], ts: &mut [f32]) {
-        for (ray, Found { nearest, .. }) in self.rays.iter().zip(&self.found) {
-            if nearest.is_hit() {
-                let place = (ray.probe - first) as usize;
-                ids[place] = nearest.id;
-                if !query.any {
-                    let low = saturate(nearest.lo);
-                    ts[place] = if low == saturate(nearest.hi) {
-                        low
-                    } else {
-                        let triangle = query.objects.triangles.triangle(nearest.id);
-                        Distance::new(&query.probes.ray(ray.probe), &triangle).rounded()
-                    };
-                }
+    /// Tells the hits of a window: the probe, the triangle, and t, infinite unless the nearest was asked for.
+    fn write(&self, query: &Query<'_>, mut hit: impl FnMut(u32, u32, f32)) {
+        for ((culled, ray), Found { nearest, .. }) in self.rays.iter().zip(&self.exact).zip(&self.found) {
+            if !nearest.is_hit() {
+                continue;
             }
+            let (low, high) = (saturate(nearest.lo), saturate(nearest.hi));
+            let t = if query.any {
+                f32::INFINITY
+            } else if low == high {
+                low
+            } else {
+                Distance::new(ray, &query.objects.triangles.triangle(nearest.id)).rounded()
+            };
+            hit(culled.probe, nearest.id, t);
         }
     }
 }
@@ -255,6 +268,7 @@ struct Bundle<'a> {
     octant: usize,
     shaft: Shaft,
     rays: &'a mut [CulledRay],
+    exact: &'a [Ray],
     found: &'a mut [Found],
     pairs: Pairs,
     stats: &'a mut Stats,
@@ -341,8 +355,7 @@ impl Bundle<'_> {
         let (rays, ids, count) = self.pairs.take();
         self.stats.doubtful_samples += count as u64;
         let mut verdicts = Verdicts::NONE;
-        let mut space = [A_RAY; LANES];
-        let eight = probes.eight(rays.map(|ray| self.rays[ray as usize].probe), &mut space);
+        let eight = rays.map(|ray| &self.exact[ray as usize]);
         if probes.are_rays() {
             let mut nearest = [0.0; LANES];
             for (nearest, &ray) in nearest.iter_mut().zip(&rays) {

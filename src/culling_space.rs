@@ -21,6 +21,8 @@ use glam::DVec3;
 use crate::lanes::{Boxes, EightRays, LANES, Lanes, Narrow, Points, narrow};
 use crate::{Aabb, Ray};
 
+/// Octants of directions.
+pub(crate) const OCTANTS: usize = 8;
 /// What boxes are widened by on each side.
 pub(crate) const SLACK: f32 = 1.0 / (1 << 20) as f32;
 /// Where all rays have left the cube: its side, and the slack of cutting them.
@@ -146,10 +148,10 @@ impl CullingSpace {
         let far = origin.greatest().simd_gt(splat(FAR));
 
         let (mut t0, mut t1) = (splat(0.0), splat(f64::INFINITY));
-        let mut beside = has_length ^ has_length;
+        let mut meeting = has_length;
         for (o, d) in [(origin.x, direction.x), (origin.y, direction.y), (origin.z, direction.z)] {
             let is_along = d.abs().simd_lt(splat(f64::from(1.0 / INVERSE_OF_ZERO)));
-            beside = beside | (is_along & o.abs().simd_gt(splat(CUBE)));
+            meeting &= !is_along | o.abs().simd_le(splat(CUBE));
             let inverse = splat(1.0) / is_along.select(splat(1.0), d);
             let (one, other) = ((splat(-CUBE) - o) * inverse, (splat(CUBE) - o) * inverse);
             t0 = is_along.select(t0, t0.max(one.min(other)));
@@ -158,7 +160,7 @@ impl CullingSpace {
         let end = rays.t_max * m - t0 + f64::from(SLACK);
         // NaN, from 0·∞, is no bound.
         let end = end.simd_lt(splat(T_END)).select(end, splat(T_END));
-        let meeting = has_length & !beside & t0.simd_le(t1) & end.simd_ge(splat(0.0));
+        let meeting = meeting & t0.simd_le(t1) & end.simd_ge(splat(0.0));
 
         let start = origin.plus(direction.times(t0));
         let o = [narrow(start.x), narrow(start.y), narrow(start.z)];

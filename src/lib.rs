@@ -67,6 +67,7 @@ mod predicates;
 mod probes;
 mod query;
 mod ray;
+mod ray_order;
 mod receiver_cluster;
 mod recursion;
 mod resolve;
