@@ -42,6 +42,8 @@ mod cage;
 mod cage_builder;
 mod camera;
 mod charts;
+#[cfg(feature = "obj")]
+mod clip_ring;
 mod cornell;
 mod cube_lookup;
 mod cube_samples;
