@@ -105,7 +105,7 @@ impl Planes {
     /// The number of a triangle's plane; one that is new if its cell has none that holds the triangle exactly.
     fn of(&mut self, geometry: &Triangles<'_>, triangle: TriangleId, origin: Origin) -> Option<u32> {
         let mirror = PlanarMirror::new(geometry, triangle, origin)?;
-        let offset = mirror.offset(self.size);
+        let offset = mirror.normal().dot(mirror.point() / self.size);
         let [x, y, z] = mirror.normal().to_array();
         let cell = self.cells.entry([x, y, z, offset].map(|x| (x * CELLS).round() as i64)).or_default();
         let known = cell.iter().find(|&&plane| self.all[plane as usize].0.holds(geometry, triangle));

@@ -61,9 +61,9 @@ impl PlanarMirror {
         self.normal
     }
 
-    /// The distance from the origin of space along the normal, over a size.
-    pub(crate) fn offset(&self, size: f64) -> f64 {
-        self.normal.dot(self.point / size)
+    /// A corner of one of its triangles.
+    pub(crate) fn point(&self) -> DVec3 {
+        self.point
     }
 
     /// The mirrored origin.
@@ -263,28 +263,40 @@ mod tests {
     }
 
     /// What a mirror shows of a scene through a rectangle of a film, and the rays of the film.
-    fn reflected(scene: &Scene, film: &GridFilm, options: &Options) -> (Reflection, Vec<Ray>) {
+    fn reflected(
+        scene: &Scene,
+        (eye, film): &(Origin, GridFilm),
+        options: &Options,
+    ) -> (Reflection, Vec<Ray>) {
         let geometry = scene.geometry().expect("triangles");
-        let eye = Origin::Point(DVec3::new(2.5, 2.0, 2.5));
         let mirror = TriangleId(scene.triangles.len() as u32 - 2);
-        let mirror = PlanarMirror::new(&geometry, mirror, eye).expect("a mirror");
+        let mirror = PlanarMirror::new(&geometry, mirror, *eye).expect("a mirror");
         assert!(mirror.holds(&geometry, TriangleId(scene.triangles.len() as u32 - 1)));
         let front = Front::before(mirror, scene, &geometry);
         // Not all, nor in a rectangle that begins at the corner.
         let wanted: Vec<u32> = (0..film.width() * film.height())
             .filter(|k| k % film.width() > 10 && k / film.width() > 20 && k % 3 > 0)
             .collect();
-        let (reflection, _) = front.reflect((eye, film), &wanted, options).expect("hits");
+        let (reflection, _) = front.reflect((*eye, film), &wanted, options).expect("hits");
         let hits = reflection.found.iter().flatten().count();
         assert!(hits > 300 && hits < wanted.len(), "{hits} of {}", wanted.len());
-        let camera = Pencil::new(eye, vec![Film::Grid(*film)]).expect("rays");
+        let camera = Pencil::new(*eye, vec![Film::Grid(*film)]).expect("rays");
         (reflection, wanted.iter().map(|&k| camera.ray(k as usize)).collect())
     }
 
-    fn film() -> GridFilm {
-        let (forward, right, up) =
-            (DVec3::new(-2.5, -2.3, -2.5), DVec3::new(0.006, 0.0, -0.006), DVec3::Y / 100.0);
-        GridFilm::new(97, 70, forward, right, up).expect("a film")
+    const EYE: DVec3 = DVec3::new(2.5, 2.0, 2.5);
+
+    /// An eye with a film, another with a part of a pixel, and parallel rays.
+    fn cameras() -> [(Origin, GridFilm); 3] {
+        let span = [DVec3::new(-2.5, -2.3, -2.5), DVec3::new(0.006, 0.0, -0.006), DVec3::Y / 100.0];
+        let from_eye =
+            |subpixels, offset| GridFilm::with_subpixel(97, 70, span, subpixels, offset).expect("a film");
+        let starts = GridFilm::new(97, 70, EYE * 3.0, span[1] * 3.0, span[2] * 3.0).expect("a film");
+        [
+            (Origin::Point(EYE), from_eye(1, [0, 0])),
+            (Origin::Point(EYE), from_eye(16, [5, -7])),
+            (Origin::Infinity(span[0]), starts),
+        ]
     }
 
     /// In a level plane through zero all numbers are mirrored exactly, and so are hits.
@@ -295,12 +307,10 @@ mod tests {
         images.positions.iter_mut().for_each(|p| p[1] = -p[1]);
         images.triangles.truncate(scene.triangles.len() - 2);
         let images = images.geometry().expect("triangles");
-        let (reflection, camera) = reflected(&scene, &film(), &Options::default());
-        let straight: Vec<Ray> = camera
-            .iter()
-            .enumerate()
-            .map(|(k, ray)| Ray { t_min: reflection.ray(k).expect("a way").t_min, ..*ray })
-            .collect();
+        let (reflection, camera) = reflected(&scene, &cameras()[0], &Options::default());
+        let t_min = |k: usize| reflection.ray(k).expect("a way").t_min;
+        let straight: Vec<Ray> =
+            camera.iter().enumerate().map(|(k, ray)| Ray { t_min: t_min(k), ..*ray }).collect();
         let (expected, _) = closest_hit(&images, &straight[..], &Options::default()).expect("hits");
         for k in 0..camera.len() {
             assert_eq!(reflection.hit(k), expected.get(k), "ray {k}");
@@ -313,21 +323,26 @@ mod tests {
         let turn = |[x, y, z]: [f32; 3]| [x, 0.8 * y + 0.3 * x - 0.1 * z, z];
         let scene = through_a_mirror(turn);
         let geometry = scene.geometry().expect("triangles");
-        let (reflection, camera) = reflected(&scene, &film(), &Options::default());
+        let plane = scene.triangles.len() as u32 - 2;
         let general = Options { path: umbel_core::Path::General, ..Options::default() };
-        assert_eq!(reflection.found, reflected(&scene, &film(), &general).0.found);
+        for camera in &cameras() {
+            let (reflection, camera_rays) = reflected(&scene, camera, &Options::default());
+            assert_eq!(reflection.found, reflected(&scene, camera, &general).0.found);
 
-        let rays: Vec<Ray> = (0..camera.len()).filter_map(|k| reflection.ray(k)).collect();
-        assert_eq!(rays.len(), camera.len());
-        let (expected, _) = closest_hit(&geometry, &rays[..], &Options::default()).expect("hits");
-        let in_plane =
-            |hit: &Option<Hit>| hit.is_some_and(|hit| hit.id.0 as usize >= scene.triangles.len() - 2);
-        for (k, ray) in rays.iter().enumerate() {
-            let normal = reflection.mirror.normal;
-            assert!((camera[k].direction.dot(normal) + ray.direction.dot(normal)).abs() < 1e-13);
-            let expected = expected.get(k);
-            // Only the plane itself may be hit again: t_min is rounded.
-            assert!(reflection.hit(k) == expected || in_plane(&expected), "ray {k}");
+            let rays: Vec<Ray> = (0..camera_rays.len()).map(|k| reflection.ray(k).expect("a way")).collect();
+            let (expected, _) = closest_hit(&geometry, &rays[..], &Options::default()).expect("hits");
+            for (k, (ray, of_camera)) in rays.iter().zip(&camera_rays).enumerate() {
+                // Axes are rounded to the spacing of the film.
+                let PlanarMirror { normal, point, .. } = reflection.mirror;
+                let straight = mirrored(of_camera.direction, normal);
+                assert!((straight - ray.direction).length() < 1e-12, "ray {k}");
+                let start = point + mirrored(of_camera.origin - point, normal);
+                assert!((start - ray.origin).length() < 1e-12, "ray {k}");
+                // Only the plane itself may be hit again: t_min is rounded.
+                let expected = expected.get(k);
+                let in_plane = expected.is_some_and(|hit| hit.id.0 >= plane);
+                assert!(in_plane || reflection.hit(k) == expected, "ray {k}");
+            }
         }
     }
 }
