@@ -23,8 +23,7 @@ pub(crate) fn run(args: &BounceArgs, common: &Common) -> Result<()> {
     counts.sort_unstable();
     counts.dedup();
     let mut compared = comparison::measure("bounce", &args.compared, common, &counts, |view, rays| {
-        let bounce = Bounce::new(view, rays, args.seed, args.shuffled)?;
-        Ok(Bounce { partitions: args.partitions, ..bounce })
+        Bounce::new(view, rays, args.seed, args.shuffled)
     })?;
     let growths = crossover::growths(&compared.rows);
     if counts.len() > 1 {
@@ -46,8 +45,6 @@ const WIDEST: f64 = 16384.0;
 pub(crate) struct Bounce {
     pub(crate) model: Model,
     shuffled: bool,
-    /// Whether the general path runs too, with each of its partitions.
-    pub(crate) partitions: bool,
     /// The rays as umbel takes them.
     pub(crate) exact: Vec<Ray>,
     /// The same for the others.
@@ -65,7 +62,7 @@ impl Bounce {
         if shuffled {
             rays.shuffle(seed);
         }
-        Ok(Self { model, shuffled, partitions: false, exact: rays.exact(), rays })
+        Ok(Self { model, shuffled, exact: rays.exact(), rays })
     }
 }
 

@@ -43,6 +43,8 @@ pub(crate) enum Command {
     Ambient(AmbientArgs),
     /// Time diffuse-bounce rays, which share nothing: ids and t of rays from what a pinhole camera sees
     Bounce(BounceArgs),
+    /// Time and count the general path with each of its partitions, on diffuse-bounce rays
+    Partitions(PartitionsArgs),
     /// Time how long openness takes that is right to within an error
     Error(ErrorArgs),
     /// Time surfaces that are diced while they are looked at, against the same triangles made beforehand
@@ -151,13 +153,35 @@ pub(crate) struct BounceArgs {
     #[arg(long)]
     pub(crate) shuffled: bool,
 
-    /// Run the general path too, with each of its partitions
-    #[arg(long)]
-    pub(crate) partitions: bool,
-
     /// Other directions, and another shuffling
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PartitionsArgs {
+    /// Names in scenes.json, files, or builtin:NAME. Default: all of scenes.json, or builtin:umbel
+    pub(crate) scenes: Vec<String>,
+
+    /// A folder with scenes.json, which names files and cameras
+    #[arg(long = "scenes", value_name = "DIR")]
+    pub(crate) folder: Option<PathBuf>,
+
+    /// Rays
+    #[arg(long, value_name = "N", value_parser = parse_rays, default_value = "50000")]
+    pub(crate) rays: usize,
+
+    /// Other directions
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+
+    /// Rounds that count; one more goes before them
+    #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) repeat: u32,
+
+    /// Write everything that was measured
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -156,11 +156,6 @@ impl Engines {
         wanted: impl Fn(&str) -> bool,
     ) -> Result<Vec<Box<dyn Engine<Bounce>>>> {
         let mut engines: Vec<Box<dyn Engine<Bounce>>> = vec![Box::new(Umbel::from_scratch())];
-        if bounce.partitions {
-            for partitioned in Umbel::partitioned() {
-                engines.push(Box::new(partitioned));
-            }
-        }
         #[cfg(feature = "embree")]
         if let Some(device) = &self.embree {
             engines.extend(crate::embree_engine::variants(device, bounce, &[1, 8, 16], &wanted)?);

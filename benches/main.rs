@@ -27,6 +27,7 @@ mod icosphere;
 mod leaks;
 mod machine;
 mod morton;
+mod partitions;
 mod picture;
 mod plot;
 mod primary;
@@ -94,6 +95,7 @@ fn run(cli: &cli::Cli) -> Result<()> {
         cli::Command::Shadow(args) => shadow::run(args, &cli.common),
         cli::Command::Ambient(args) => ambient::run(args, &cli.common),
         cli::Command::Bounce(args) => bounce::run(args, &cli.common),
+        cli::Command::Partitions(args) => partitions::run(args, &cli.common),
         cli::Command::Error(args) => error::run(args, &cli.common),
         cli::Command::Reyes(args) => reyes::run(args, &cli.common),
         cli::Command::ReyesGrowth(args) => reyes_growth::run(args),

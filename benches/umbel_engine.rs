@@ -1,7 +1,7 @@
 //! umbel: from positions and indices to the answer in one call, from scratch or with the order of the triangles kept
 //! from the round before. As with the others, the memory of ids and distances is kept.
 
-use umbel::{Frame, Grouping, Occlusion, Options, Partition, Path, RaySamples, Triangles};
+use umbel::{Frame, Grouping, Occlusion, Options, RaySamples, Triangles};
 
 use crate::Result;
 use crate::ambient::Ambient;
@@ -21,44 +21,23 @@ pub(crate) struct Umbel {
     frame: Frame,
     /// Of ambient rays.
     grouping: Grouping,
-    /// Of rays that share nothing.
-    options: Options,
 }
 
 impl Umbel {
     /// Everything from scratch.
     pub(crate) fn from_scratch() -> Self {
-        Self { name: "umbel", frame: Frame::new(), grouping: Grouping::Auto, options: Options::default() }
+        Self { name: "umbel", frame: Frame::new(), grouping: Grouping::Auto }
     }
 
     /// With the permutation of the round before, and nothing else.
     pub(crate) fn keeping_order() -> Self {
-        Self {
-            name: KEEPING,
-            frame: Frame::keeping_order(),
-            grouping: Grouping::Auto,
-            options: Options::default(),
-        }
+        Self { name: KEEPING, frame: Frame::keeping_order(), grouping: Grouping::Auto }
     }
 
     /// From scratch, with the grouping of ambient rays decided here.
     pub(crate) fn grouped() -> [Self; 2] {
         [("umbel-by-direction", Grouping::Direction), ("umbel-by-origin", Grouping::Origin)]
             .map(|(name, grouping)| Self { name, grouping, ..Self::from_scratch() })
-    }
-
-    /// By the general path, with each of its partitions.
-    pub(crate) fn partitioned() -> [Self; 4] {
-        Partition::ALL.map(|partition| {
-            let name = match partition {
-                Partition::Middle => "umbel-general-middle",
-                Partition::Given => "umbel-general-given",
-                Partition::Spatial => "umbel-general-spatial",
-                Partition::Sampled => "umbel-general-sampled",
-            };
-            let options = Options { path: Path::General, partition, ..Options::default() };
-            Self { name, options, ..Self::from_scratch() }
-        })
     }
 
     /// Copies what the frame has found.
@@ -104,7 +83,7 @@ impl Engine<Bounce> for Umbel {
     fn run(&mut self, bounce: &Bounce, answer: &mut Hits) -> Result<Times> {
         let triangles = Triangles::new(&bounce.model.positions, &bounce.model.triangles)?;
         let rays = &bounce.exact[..];
-        let (trace, stats) = timed(|| self.frame.closest_hit(&triangles, rays, &self.options));
+        let (trace, stats) = timed(|| self.frame.closest_hit(&triangles, rays, &Options::default()));
         stats?;
         self.copy_hits(answer);
         Ok(Times { build: 0.0, trace })

@@ -3,7 +3,10 @@
 //!
 //! A path is a camera ray's index and the share of light that still arrives there. A wave of paths is traced, each hit is
 //! shaded as the preview shades it, with the shadows of all lights, and sends on what [`Bounces::spawn`] gives. The last bounce
-//! shades a surface as if it were opaque. Paths whose share is below [`LEAST_SHARE`] end: nobody would see them.
+//! shades a surface as if it were opaque. Paths whose share is too small to be seen end.
+//!
+//! What planar mirrors send back of the camera's rays is traced as pencils ([`crate::planar_mirror`]), the rest and all that comes
+//! later as arbitrary rays.
 //!
 //! Waves are no longer than [`WAVE`]; what a wave spawns beyond that waits, so memory is bounded by waves per bounce.
 //! Sums are made path by path in one order, so that threads do not matter.
@@ -14,9 +17,12 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use umbel_core::{Frame, Hit, Hits, Options, Origin, Pencil, Ray, Stats, Triangles, closest_hit};
+use umbel_core::{Frame, GridFilm, Hit, Hits, Options, Origin, Pencil, Ray, Stats, Triangles, closest_hit};
 
 use crate::lamps::Lamps;
+use crate::light_paths::{PATH_BYTES, Place, Sent, Wave, sent_on};
+use crate::mirror_planes::PlanarMirrors;
+use crate::planar_mirror::{Front, grids};
 use crate::shade::{Shader, background_toward};
 use crate::spawn::{Bounces, Spawned};
 use crate::{Error, Scene};
@@ -24,14 +30,14 @@ use crate::{Error, Scene};
 /// The most paths of one query.
 pub(crate) const WAVE: usize = 1 << 19;
 
+/// The paths for which planar mirrors are traced at last.
+const MIRRORED: usize = 1 << 21;
+
+/// Bytes of such a path: its place and share, its number and place in a pencil, its hit; and hits of up to four rays of the pencil.
+const MIRRORED_BYTES: u64 = 16 + 8 + 12 + 4 * 8;
+
 /// Camera rays whose hits spawn together.
 const SPAWNING: usize = 1 << 15;
-
-/// Paths with less than this share of a pixel's light are not followed: half a step of an 8-bit picture from its darkest end.
-const LEAST_SHARE: f32 = 1.0 / 2048.0;
-
-/// Bytes of a path that waits: its ray, its place and its share.
-const PATH_BYTES: u64 = 64 + 16;
 
 /// More bytes of a path that is being traced: its hit and its colour; and for each light its receiver, half of that again while
 /// receivers are joined, and the answer.
@@ -65,29 +71,9 @@ impl Bounces {
         let longest = if most > 0 { spawned(most) } else { 0 };
         // New paths are copied twice before they wait.
         let traced = longest.min(WAVE as u64) * (TRACED_BYTES[0] + lights * TRACED_BYTES[1]);
-        waiting + traced + 2 * longest * PATH_BYTES
-    }
-}
-
-/// A path's place and share.
-#[derive(Debug, Clone, Copy)]
-struct Place {
-    /// The camera's ray.
-    ray: u32,
-    share: [f32; 3],
-}
-
-/// Paths that are traced together.
-#[derive(Debug, Default)]
-struct Wave {
-    rays: Vec<Ray>,
-    places: Vec<Place>,
-}
-
-impl Wave {
-    fn extend(&mut self, paths: Vec<(Ray, Place)>) {
-        self.rays.extend(paths.iter().map(|(ray, _)| ray));
-        self.places.extend(paths.iter().map(|(_, place)| place));
+        let mirrored =
+            if self.reflect && most > 0 { pixels.min(MIRRORED as u64) * MIRRORED_BYTES } else { 0 };
+        waiting + traced + 2 * longest * PATH_BYTES + mirrored
     }
 }
 
@@ -126,33 +112,36 @@ impl Surroundings<'_> {
         if self.bounces.most == 0 {
             return Ok(walk.followed);
         }
+        let mirrors = PlanarMirrors::seen(self.scene, self.triangles, (pencil, hits), self.bounces);
         let mut waiting = Wave::default();
+        let mut mirrored = vec![Vec::new(); mirrors.len()];
         for first in (0..hits.len()).step_by(SPAWNING) {
             let of_ray = |k: usize| {
                 let ray = pencil.ray(k);
                 // In range: a pencil has fewer than 2³² rays.
                 let place = Place { ray: k as u32, share: [1.0; 3] };
-                let spawned = hits.get(k).map(|hit| self.spawn(&ray, &hit));
-                spawned.into_iter().flat_map(move |spawned| sent_on(&spawned, place))
+                let spawned = hits.get(k).map(|hit| (self.spawn(&ray, &hit), mirrors.of(hit.id)));
+                spawned.into_iter().flat_map(move |(spawned, mirror)| sent_on(&spawned, place, mirror))
             };
             let rays = first..hits.len().min(first + SPAWNING);
-            waiting.extend(rays.into_par_iter().flat_map_iter(of_ray).collect());
+            let sent: Vec<Sent> = rays.into_par_iter().flat_map_iter(of_ray).collect();
+            for (ray, place, mirror) in sent {
+                match mirror {
+                    Some(mirror) => mirrored[mirror].push(place),
+                    None => waiting.push(ray, place),
+                }
+            }
             if waiting.rays.len() >= self.wave {
                 walk.trace(std::mem::take(&mut waiting), 1)?;
             }
+            if mirrored.iter().map(Vec::len).sum::<usize>() >= MIRRORED {
+                walk.mirror(&mirrors, pencil, &mut mirrored)?;
+            }
         }
         walk.trace(waiting, 1)?;
+        walk.mirror(&mirrors, pencil, &mut mirrored)?;
         Ok(walk.followed)
     }
-}
-
-/// The paths of what was spawned, but those of no account.
-fn sent_on(spawned: &Spawned, place: Place) -> impl Iterator<Item = (Ray, Place)> + use<> {
-    let parts = [spawned.reflected, spawned.refracted];
-    parts.into_iter().flatten().filter_map(move |(ray, part)| {
-        let share = [0, 1, 2].map(|k| place.share[k] * part[k]);
-        share.iter().any(|&share| share >= LEAST_SHARE).then_some((ray, Place { share, ..place }))
-    })
 }
 
 /// Paths on their way.
@@ -170,9 +159,7 @@ impl Walk<'_, '_> {
         if count == 0 {
             return Ok(());
         }
-        let level = bounce as usize;
-        self.followed.rays.resize(self.followed.rays.len().max(level), 0);
-        self.followed.rays[level - 1] += count as u64;
+        self.count(count, bounce);
         for first in (0..count).step_by(self.around.wave) {
             let part = first..count.min(first + self.around.wave);
             let next = self.trace_part(&wave.rays[part.clone()], &wave.places[part], bounce)?;
@@ -181,12 +168,75 @@ impl Walk<'_, '_> {
         Ok(())
     }
 
+    /// Traces what planar mirrors send back of the camera's rays, and what that spawns. None of it is left to be traced.
+    fn mirror(
+        &mut self,
+        mirrors: &PlanarMirrors,
+        pencil: &Pencil,
+        mirrored: &mut [Vec<Place>],
+    ) -> Result<(), Error> {
+        for (mirror, places) in mirrored.iter_mut().enumerate() {
+            let (places, mut first) = (std::mem::take(places), 0_u32);
+            if places.is_empty() {
+                continue;
+            }
+            let front = Front::before(mirrors.get(mirror), self.around.scene, self.around.triangles);
+            for film in grids(pencil) {
+                let end = first + film.width() * film.height();
+                let of_film = [first, end].map(|ray| places.partition_point(|place| place.ray < ray));
+                let places = &places[of_film[0]..of_film[1]];
+                if !places.is_empty() {
+                    self.mirror_film(&front, (pencil.origin(), &film, first), places)?;
+                }
+                first = end;
+            }
+        }
+        Ok(())
+    }
+
+    /// The same with the rays of one film, which begin with the camera's ray `first`.
+    fn mirror_film(
+        &mut self,
+        front: &Front<'_>,
+        (origin, film, first): (Origin, &GridFilm, u32),
+        places: &[Place],
+    ) -> Result<(), Error> {
+        let wanted: Vec<u32> = places.iter().map(|place| place.ray - first).collect();
+        let (reflection, stats) = front.reflect((origin, film), &wanted, self.around.options)?;
+        self.followed.stats = self.followed.stats.then(stats);
+        for start in (0..places.len()).step_by(self.around.wave) {
+            let part = start..places.len().min(start + self.around.wave);
+            let leaving = |k: usize| Some((reflection.ray(k)?, places[k], reflection.hit(k)));
+            let leaving: Vec<_> = part.into_par_iter().filter_map(leaving).collect();
+            let rays: Vec<Ray> = leaving.iter().map(|(ray, ..)| *ray).collect();
+            let places: Vec<Place> = leaving.iter().map(|(_, place, _)| *place).collect();
+            let hits: Hits = leaving.into_iter().map(|(.., hit)| hit).collect();
+            self.count(rays.len(), 1);
+            let next = self.see(&rays, &places, &hits, 1)?;
+            self.trace(next, 2)?;
+        }
+        Ok(())
+    }
+
+    /// Counts the rays of a bounce.
+    fn count(&mut self, rays: usize, bounce: u32) {
+        let level = bounce as usize;
+        self.followed.rays.resize(self.followed.rays.len().max(level), 0);
+        self.followed.rays[level - 1] += rays as u64;
+    }
+
     /// Traces paths in one query, and adds what they see. Returns what they spawn.
     fn trace_part(&mut self, rays: &[Ray], places: &[Place], bounce: u32) -> Result<Wave, Error> {
-        let Surroundings { scene, triangles, lights, bounces, up, options, .. } = self.around;
+        let Surroundings { triangles, options, .. } = self.around;
         let (hits, stats) = closest_hit(triangles, rays, options)?;
         self.followed.stats = self.followed.stats.then(stats);
-        let lamps = Lamps::new(lights, triangles, (&|k| rays[k], &hits), self.frame, options)?;
+        self.see(rays, places, &hits, bounce)
+    }
+
+    /// Adds what paths see. Returns what they spawn.
+    fn see(&mut self, rays: &[Ray], places: &[Place], hits: &Hits, bounce: u32) -> Result<Wave, Error> {
+        let Surroundings { scene, triangles, lights, bounces, up, options, .. } = self.around;
+        let lamps = Lamps::new(lights, triangles, (&|k| rays[k], hits), self.frame, options)?;
         let shader = Shader::new(scene, triangles);
         let is_last = bounce >= bounces.most;
         let spawned = |k: usize, hit: &Hit| match is_last {
@@ -211,9 +261,10 @@ impl Walk<'_, '_> {
         if !is_last {
             let of_path = |k: usize| {
                 let spawned = hits.get(k).map(|hit| spawned(k, &hit));
-                spawned.into_iter().flat_map(move |spawned| sent_on(&spawned, places[k]))
+                spawned.into_iter().flat_map(move |spawned| sent_on(&spawned, places[k], None))
             };
-            next.extend((0..rays.len()).into_par_iter().flat_map_iter(of_path).collect());
+            let sent: Vec<Sent> = (0..rays.len()).into_par_iter().flat_map_iter(of_path).collect();
+            sent.into_iter().for_each(|(ray, place, _)| next.push(ray, place));
         }
         Ok(next)
     }

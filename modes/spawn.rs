@@ -124,10 +124,14 @@ impl<'a> Boundary<'a> {
     /// The ray along the first direction that leaves to a side.
     fn leaving(&self, directions: [Option<DVec3>; 2], side: Side) -> Option<Ray> {
         directions.into_iter().flatten().find_map(|direction| {
-            let fits = |x: f64| if x.abs() < LEAST_COMPONENT { 0.0 } else { x };
-            let direction = DVec3::from_array(direction.to_array().map(fits));
+            let direction = representable(direction);
             let leaves = self.geometry.side_toward(self.hit.id, direction) == Some(side);
             leaves.then(|| self.geometry.ray_from(self.hit.id, self.weights, direction)).flatten()
         })
     }
+}
+
+/// A direction without components that are too small for rays.
+pub(crate) fn representable(direction: DVec3) -> DVec3 {
+    DVec3::from_array(direction.to_array().map(|x| if x.abs() < LEAST_COMPONENT { 0.0 } else { x }))
 }

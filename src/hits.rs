@@ -69,3 +69,12 @@ impl Hits {
         &self.ts
     }
 }
+
+impl FromIterator<Option<Hit>> for Hits {
+    /// Hits of rays that were found in parts.
+    fn from_iter<I: IntoIterator<Item = Option<Hit>>>(hits: I) -> Self {
+        let pair = |hit: Option<Hit>| hit.map_or((NO_TRIANGLE, f32::INFINITY), |hit| (hit.id.0, hit.t));
+        let (ids, ts) = hits.into_iter().map(pair).unzip();
+        Self { ids, ts }
+    }
+}

@@ -26,7 +26,7 @@ fn hit(triangles: &Triangles<'_>, ray: &Ray) -> Hit {
 
 /// The colours of a picture and the rays of each bounce.
 fn picture(scene: &Scene, bounces: Bounces, options: &Options) -> (Vec<f32>, Vec<u64>) {
-    let camera = camera(DVec3::new(3.0, 2.5, 3.0), DVec3::new(0.0, 0.8, 0.0), [48, 36]);
+    let camera = camera(DVec3::new(3.0, 2.5, 3.0), DVec3::new(0.0, 0.8, 0.0), [96, 72]);
     let (buffer, _) = visibility(scene, &camera, options).expect("a picture");
     let lights = vec![point_light(DVec3::new(1.0, 6.0, 2.0)), sun_light(DVec3::new(1.0, 2.0, 0.5))];
     let look = Look { samples: 1, lights, bounces };
@@ -210,7 +210,7 @@ fn a_room_of_mirrors_ends() {
     add_box(&mut scene, "room", Optics::MIRROR, [-5.0, -5.0, -5.0], [5.0, 5.0, 5.0]);
     for most in [1, 2, 7] {
         let (colours, rays) = picture(&scene, Bounces { most, ..BOTH }, &Options::default());
-        assert_eq!(rays, vec![48 * 36; most as usize]);
+        assert_eq!(rays, vec![96 * 72; most as usize]);
         assert!(colours.iter().all(|x| x.is_finite() && (0.0..2.0).contains(x)));
     }
 }
