@@ -25,7 +25,7 @@ pub use umbel_core::{
     Hemisphere, Hit, Hits, Isa, NO_TRIANGLE, Occlusion, OnDemand, OpenRays, Options, Origin, Partition, Path,
     Pencil, Ray, RaySample, RaySamples, Rays, Receiver, Segment, Side, Stats, SurfaceHits, TileStats,
     TriangleId, Triangles, any_hit, blocked, closest_hit, closest_hit_on_demand, dice_all, glam, open_rays,
-    shadowed,
+    shadowed, shadowed_on_demand,
 };
 
 mod ambient;
@@ -41,6 +41,7 @@ mod builtin;
 mod cage;
 mod cage_builder;
 mod camera;
+mod casters;
 mod charts;
 mod cornell;
 mod cube_lookup;
@@ -166,8 +167,9 @@ pub use spawn::{Bounces, Spawned};
 
 pub use cube_lookup::CubeMap;
 pub use cube_samples::cube_answers;
-pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil};
+pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil, surface_distances};
 pub use map_compare::{MapErrors, compare_maps};
+pub use casters::Casters;
 pub use shadow::{MaskCounts, Receivers, point_light, receivers, shadow_masks, sun_light};
 
 pub use bezier::BezierPatches;
@@ -178,9 +180,9 @@ pub use field::{Field, FieldObject};
 pub use height_map::HeightMap;
 pub use noise::Noise;
 pub use patch_tree::Node;
-pub use reyes::{SurfaceBuffer, surface_preview, surface_visibility};
+pub use reyes::{SurfaceBuffer, SurfaceLook, surface_preview, surface_visibility};
 pub use subdivision::{Creases, SubdivisionSurface};
-pub use surface_scene::{SurfaceOptions, SurfaceScene, load_surfaces, surface_view};
+pub use surface_scene::{SurfaceOptions, SurfaceScene, load_surfaces, names_surfaces, surface_view};
 pub use surfaces::{SurfaceObject, Surfaces};
 pub use terrain::Terrain;
 

@@ -78,6 +78,7 @@ mod scattered;
 mod segment;
 mod setup;
 mod shadow;
+mod shadow_on_demand;
 mod shaft;
 mod sightings;
 mod sights;
@@ -114,6 +115,7 @@ pub use frustum::Frustum;
 pub use diced::{DicedTriangles, dice_all};
 pub use dicer::Dicing;
 pub use reyes::closest_hit_on_demand;
+pub use shadow_on_demand::shadowed_on_demand;
 pub use surface_hits::SurfaceHits;
 
 pub use frame::Frame;

@@ -114,7 +114,7 @@ fn see<S: OnDemand>(
     (density, dicing): (&Density, &Dicing),
     level: Level,
 ) -> Result<(SurfaceHits, Stats), Error> {
-    let mut hits = SurfaceHits::with_room(pencil.len());
+    let mut hits = SurfaceHits::with_room(pencil.len(), dicing.keep_corners);
     let grids = || {
         pencil.films().iter().filter_map(|film| match film {
             Film::Grid(film) => Some(film),

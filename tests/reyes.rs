@@ -51,7 +51,7 @@ fn of_spheres(spheres: &[Sphere]) -> Surfaces {
 }
 
 fn rated(shading_rate: f64) -> Dicing {
-    Dicing { shading_rate }
+    Dicing { shading_rate, ..Dicing::default() }
 }
 
 fn see(surfaces: &Surfaces, pencil: &Pencil, dicing: &Dicing) -> (SurfaceHits, Stats) {
