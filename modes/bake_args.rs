@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use umbel::{AtlasOptions, BakeOptions, Error, GrayBits, Scene};
+use umbel::{AtlasOptions, BakeOptions, Error, GrayBits, Scene, names_surfaces};
 
 use crate::bake_gltf;
 use crate::bake_sampling_args::SamplingArgs;
@@ -12,6 +12,7 @@ use crate::camera_args::refuse_first;
 use crate::dial_args::DialArgs;
 use crate::parse::parse_vector;
 use crate::picture::extension;
+use crate::reyes_args::MadeArgs;
 
 /// Texels of the margin where none are asked for: four for a texture that is halved twice.
 pub(crate) const MARGIN: u32 = 16;
@@ -120,9 +121,28 @@ pub(crate) struct OccluderArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true, requires = "ground_plane")]
     pub(crate) up: Option<DVec3>,
 
-    /// Another scene that occludes this one and is not baked; may be given several times
+    /// Another scene that occludes this one and is not baked, surfaces on demand included; may be given several times
     #[arg(long = "occluders", value_name = "SCENE")]
     pub(crate) scenes: Vec<String>,
+
+    #[command(flatten)]
+    pub(crate) made: MadeArgs,
+
+    /// World units by which --displace moves the occluders where the map is 1
+    #[arg(long, value_name = "UNITS", allow_hyphen_values = true, requires = "displace")]
+    pub(crate) height: Option<f64>,
+}
+
+impl OccluderArgs {
+    /// Whether a further scene is made of surfaces on demand.
+    pub(crate) fn is_on_demand(&self, name: &str) -> bool {
+        self.made.is_given() || names_surfaces(name)
+    }
+
+    /// Whether any is.
+    pub(crate) fn has_surfaces(&self) -> bool {
+        self.scenes.iter().any(|name| self.is_on_demand(name))
+    }
 }
 
 impl BakeArgs {
@@ -157,6 +177,18 @@ impl BakeArgs {
             ),
             (is_gltf && !self.sampling.is_openness(), "--polarity: glTF has openness, and nothing else"),
             (!receivers.bias.is_finite(), "--bias must be a finite number"),
+            (
+                self.occluders.made.is_given() && self.occluders.scenes.is_empty(),
+                "--subdivide and --displace make surfaces of --occluders; what is baked stays as it is",
+            ),
+            (
+                self.occluders.height.is_some_and(|height| !height.is_finite()),
+                "--height must be a finite number of world units",
+            ),
+            (
+                self.occluders.has_surfaces() && self.dial.goal().is_some(),
+                "--max-error and --time-budget are for triangles: leave out surfaces on demand, or give --rays",
+            ),
         ])?;
         let arrays = [("--bent", &self.bent), ("--dump-rays", &self.dump_rays)];
         for (option, path) in arrays.into_iter().filter_map(|(option, path)| Some((option, path.as_ref()?))) {

@@ -21,17 +21,18 @@
 //! ```
 
 pub use umbel_core::{
-    Aabb, Above, Accuracy, Cone, DicedTriangles, Dicing, Domain, Film, Frame, Frustum, GridFilm, Grouping,
-    Hemisphere, Hit, Hits, Isa, NO_TRIANGLE, Occlusion, OnDemand, OpenRays, Options, Origin, Partition, Path,
-    Pencil, Ray, RaySample, RaySamples, Rays, Receiver, Segment, Side, Stats, SurfaceHits, TileStats,
-    TriangleId, Triangles, any_hit, blocked, closest_hit, closest_hit_on_demand, dice_all, glam, open_rays,
-    shadowed, shadowed_on_demand,
+    Aabb, Above, Accuracy, Around, Cone, DicedTriangles, Dicing, Domain, Film, Frame, Frustum, GridFilm,
+    Grouping, Hemisphere, Hit, Hits, Isa, NO_TRIANGLE, Occlusion, OnDemand, OpenRays, Options, Origin,
+    Partition, Path, Pencil, Ray, RaySample, RaySamples, Rays, Receiver, Segment, Side, Stats, SurfaceHits,
+    TileStats, TriangleId, Triangles, any_hit, blocked, closest_hit, closest_hit_on_demand, dice_all, glam,
+    open_rays, open_rays_on_demand, shadowed, shadowed_on_demand,
 };
 
 mod ambient;
 mod atlas;
 mod atlas_block;
 mod bake;
+mod bake_occluders;
 mod bake_options;
 mod bezier;
 mod bicubic;
@@ -165,11 +166,11 @@ pub use bounce::Followed;
 pub use optics::Optics;
 pub use spawn::{Bounces, Spawned};
 
+pub use casters::Casters;
 pub use cube_lookup::CubeMap;
 pub use cube_samples::cube_answers;
 pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil, surface_distances};
 pub use map_compare::{MapErrors, compare_maps};
-pub use casters::Casters;
 pub use shadow::{MaskCounts, Receivers, point_light, receivers, shadow_masks, sun_light};
 
 pub use bezier::BezierPatches;
@@ -188,6 +189,7 @@ pub use terrain::Terrain;
 
 pub use atlas::{Atlas, AtlasOptions, TexelReceiver};
 pub use bake::{Bake, BakeReceivers, Baked, TracedRay};
+pub use bake_occluders::{BakeOccluders, rays_around};
 pub use bake_options::{BakeOptions, Polarity};
 pub use occluders::Occluders;
 pub use point_receivers::read_points;

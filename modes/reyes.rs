@@ -12,11 +12,11 @@ use umbel_core::{
 
 use crate::camera::{Camera, Shot};
 use crate::extent::{rounded, widened};
+use crate::lamps::Lamps;
+use crate::light_map::surface_distance;
 use crate::point_cloud::{SeenPoint, seen_points};
 use crate::primary::{Aov, AovData, spread};
 use crate::scene::CLAY;
-use crate::lamps::Lamps;
-use crate::light_map::surface_distance;
 use crate::shade::{Appearance, background_of};
 use crate::shadow::receivers_of;
 use crate::{Error, Receivers, SurfaceScene};
@@ -157,7 +157,9 @@ impl SurfaceBuffer {
         let too_many = |_| umbel_core::Error::TooManyTriangles { triangles: ids.len() };
         let end = u32::try_from(3 * ids.len()).map_err(too_many)?;
         if corners.len() < ids.len() {
-            return Err(Error::Usage("shadows need hits that keep their corners: Dicing::keep_corners".into()));
+            return Err(Error::Usage(
+                "shadows need hits that keep their corners: Dicing::keep_corners".into(),
+            ));
         }
         // A triangle for each ray.
         let indices: Vec<[u32; 3]> = (0..end).step_by(3).map(|first| [first, first + 1, first + 2]).collect();

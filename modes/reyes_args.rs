@@ -39,10 +39,22 @@ pub(crate) struct ReyesArgs {
     pub(crate) camera: CameraArgs,
 }
 
-/// What is made of a mesh, and how finely.
+/// What is made of a mesh, and how finely; and an ortho film beside that.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Surfaces")]
 pub(crate) struct SurfaceArgs {
+    #[command(flatten)]
+    pub(crate) made: MadeArgs,
+
+    /// World units from the lower to the upper edge of an ortho picture, where --height is that of a displacement
+    #[arg(long, value_name = "UNITS")]
+    film_height: Option<f64>,
+}
+
+/// What is made of a mesh, and how finely.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Surfaces")]
+pub(crate) struct MadeArgs {
     /// Displace a mesh along its normals, by --height world units where the map is 1: MAP.png by texture coordinates, white is 1, or noise:FREQUENCY[,SEED[,OCTAVES]] with cells of 1/FREQUENCY units
     #[arg(long, value_name = "MAP.png|noise:F,SEED", value_parser = parse_relief, requires = "height")]
     displace: Option<ReliefArg>,
@@ -54,10 +66,6 @@ pub(crate) struct SurfaceArgs {
     /// The edge of a micropolygon in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = Dicing::default().shading_rate)]
     shading_rate: f64,
-
-    /// World units from the lower to the upper edge of an ortho picture, where --height is that of a displacement
-    #[arg(long, value_name = "UNITS")]
-    film_height: Option<f64>,
 }
 
 /// Where heights come from.
@@ -109,7 +117,7 @@ impl ReyesArgs {
 
     /// How finely surfaces are diced, and what hits keep.
     pub(crate) fn dicing(&self) -> Dicing {
-        Dicing { keep_corners: !self.lights.is_none(), ..self.surfaces.dicing() }
+        Dicing { keep_corners: !self.lights.is_none(), ..self.surfaces.made.dicing() }
     }
 
     /// How the preview is made.
@@ -122,7 +130,7 @@ impl ReyesArgs {
 impl SurfaceArgs {
     /// Refuses heights that nothing has.
     pub(crate) fn check(&self, camera: &CameraArgs) -> Result<(), Error> {
-        let (displaced, ortho) = (self.displace.is_some(), camera.lens == LensArg::Ortho);
+        let (displaced, ortho) = (self.made.is_displaced(), camera.lens == LensArg::Ortho);
         if camera.height.is_some() && !displaced && !ortho {
             return Err(Error::Usage("--height goes with --displace or --camera ortho".into()));
         }
@@ -138,6 +146,13 @@ impl SurfaceArgs {
         Ok(())
     }
 
+    /// World units over an ortho picture.
+    pub(crate) fn film_height(&self, camera: &CameraArgs) -> Option<f64> {
+        if self.made.is_displaced() { self.film_height } else { camera.height }
+    }
+}
+
+impl MadeArgs {
     /// Whether heights are those of a displacement.
     pub(crate) fn is_displaced(&self) -> bool {
         self.displace.is_some()
@@ -160,11 +175,6 @@ impl SurfaceArgs {
             _ => Displacement::NONE,
         };
         Ok(SurfaceOptions { load, subdivide: self.subdivide, displacement })
-    }
-
-    /// World units over an ortho picture.
-    pub(crate) fn film_height(&self, camera: &CameraArgs) -> Option<f64> {
-        if self.displace.is_some() { self.film_height } else { camera.height }
     }
 
     /// How finely surfaces are diced.

@@ -1,8 +1,8 @@
 //! `umbel reyes`: what a camera sees of surfaces that are made on demand.
 
 use umbel::{
-    Camera, Error, LoadOptions, Look, Scene, Stats, SurfaceScene, load_surfaces,
-    surface_preview, surface_view, surface_visibility,
+    Camera, Error, LoadOptions, Look, Scene, Stats, SurfaceScene, load_surfaces, surface_preview,
+    surface_view, surface_visibility,
 };
 
 use crate::cli::Common;
@@ -20,7 +20,7 @@ impl ReyesArgs {
     /// Reads the scene, and says what was noticed.
     pub(crate) fn load(&self, common: &Common) -> Result<SurfaceScene, Error> {
         let load = LoadOptions { drop_non_finite: common.drop_non_finite };
-        let scene = load_surfaces(&self.scene, self.surfaces.options(load, self.camera.height)?)?;
+        let scene = load_surfaces(&self.scene, self.surfaces.made.options(load, self.camera.height)?)?;
         say(&scene.warnings, common);
         Ok(scene)
     }
@@ -41,7 +41,8 @@ pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
     let camera = args.framing(&scene)?;
     let named = Scene { name: scene.name.clone(), ..Scene::default() };
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
-    let lit = look.lights.len() as u64 * (SHADOW_BYTES + 1) + if look.lights.is_empty() { 0 } else { CORNERS_BYTES };
+    let lit = look.lights.len() as u64 * (SHADOW_BYTES + 1)
+        + if look.lights.is_empty() { 0 } else { CORNERS_BYTES };
     limit_memory(pixels * (PIXEL_BYTES + SURFACE_BYTES + lit), &named, "--size", common)?;
 
     // The engine: visibility of the pixel centres.

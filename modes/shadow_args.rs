@@ -131,7 +131,7 @@ impl ShadowArgs {
                 "--compare measures the cube maps of point lights: give --light, not --sun",
             ),
             (
-                self.camera.is_given(self.surfaces.is_displaced()) && !picture,
+                self.camera.is_given(self.surfaces.made.is_displaced()) && !picture,
                 "the camera's options go with --mask or --compare; -o is what the light sees",
             ),
             (self.samples > 1 && self.mask.is_none(), "--samples goes with --mask"),
@@ -165,7 +165,7 @@ impl ShadowArgs {
 
     /// Whether a surface on demand is seen, no triangles.
     pub(crate) fn is_of_surface(&self) -> bool {
-        self.surfaces.is_given() || names_surfaces(&self.scene)
+        self.surfaces.made.is_given() || names_surfaces(&self.scene)
     }
 
     /// Texels along one side of the light's map.

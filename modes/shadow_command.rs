@@ -15,9 +15,9 @@ use crate::commands::{
 };
 use crate::dial_args::Goal;
 use crate::report::{Report, Times, timed};
+use crate::reyes_command::{CORNERS_BYTES, SURFACE_BYTES};
 use crate::shadow_args::ShadowArgs;
 use crate::shadow_dial::Dial;
-use crate::reyes_command::{CORNERS_BYTES, SURFACE_BYTES};
 use crate::shadow_files::{Content, Names, Writer, refuse_collisions};
 use crate::shadow_scene::ShadowScene;
 
@@ -88,14 +88,27 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
 
     let (occluders, surfaces) = (scene.occluders()?, scene.casters());
     let triangles = occluders.geometry()?;
-    let dicing = args.surfaces.dicing();
+    let dicing = args.surfaces.made.dicing();
     let casters = Casters { triangles: &triangles, surfaces: &surfaces, dicing };
     let visible = scene.mesh.geometry()?;
     let (stats, hash) = (Stats::default(), blake3::Hasher::new());
     let more = Map::from_iter([("lights".to_owned(), lights.iter().copied().map(light_json).collect())]);
     let (scene, map_size) = (&scene, args.map_size());
-    let mut run =
-        Run { args, common, scene, visible, casters, lights, times, stats, rays: 0, asked: 0, hash, more, map_size };
+    let mut run = Run {
+        args,
+        common,
+        scene,
+        visible,
+        casters,
+        lights,
+        times,
+        stats,
+        rays: 0,
+        asked: 0,
+        hash,
+        more,
+        map_size,
+    };
     args.dial.goal().map_or(Ok(()), |goal| run.choose(goal, &camera, start))?;
     maps.map_or(Ok(()), |names| run.write_maps(&names))?;
     masks.map_or(Ok(()), |names| run.write_masks(&names, &camera))?;
@@ -149,11 +162,11 @@ impl Run<'_> {
             }
             for pencil in &pencils {
                 let casters = &self.casters;
-                let mut stats = timed(milliseconds, || frame.closest_hit(casters.triangles, pencil, &options))?;
+                let mut stats =
+                    timed(milliseconds, || frame.closest_hit(casters.triangles, pencil, &options))?;
                 let mut seen = Vec::new();
                 for surface in casters.surfaces {
-                    let see =
-                        || closest_hit_on_demand(&surface.surfaces, pencil, &casters.dicing, &options);
+                    let see = || closest_hit_on_demand(&surface.surfaces, pencil, &casters.dicing, &options);
                     let (hits, more) = timed(milliseconds, see)?;
                     (stats, _) = (stats.then(more), seen.push(hits));
                 }
@@ -164,7 +177,8 @@ impl Run<'_> {
                 self.rays += pencil.len();
                 let values = timed(&mut self.times.shade, || {
                     let nearest = distances(casters.triangles, pencil, frame.hits());
-                    seen.iter().fold(nearest, |nearest, hits| nearer(nearest, &surface_distances(pencil, hits)))
+                    seen.iter()
+                        .fold(nearest, |nearest, hits| nearer(nearest, &surface_distances(pencil, hits)))
                 });
                 timed(&mut self.times.write, || writer.put(values))?;
             }

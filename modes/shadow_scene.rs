@@ -24,7 +24,7 @@ impl ShadowScene {
     /// Reads everything that was named.
     pub(crate) fn load(args: &ShadowArgs, common: &Common, times: &mut Times) -> Result<Self, Error> {
         let options = LoadOptions { drop_non_finite: common.drop_non_finite };
-        let of_mesh = args.surfaces.options(options, args.camera.height)?;
+        let of_mesh = args.surfaces.made.options(options, args.camera.height)?;
         let (mut mesh, mut surface) = (Scene::default(), None);
         if args.is_of_surface() {
             let found = timed(&mut times.load, || load_surfaces(&args.scene, of_mesh))?;
@@ -64,7 +64,8 @@ impl ShadowScene {
 
     /// The box of everything.
     pub(crate) fn bounds(&self) -> Aabb {
-        let boxes = self.meshes.iter().map(Scene::bounds).chain(self.surfaces.iter().map(SurfaceScene::bounds));
+        let boxes =
+            self.meshes.iter().map(Scene::bounds).chain(self.surfaces.iter().map(SurfaceScene::bounds));
         boxes.fold(self.seen_bounds(), Aabb::union)
     }
 

@@ -133,7 +133,8 @@ impl<'a> ShadowSubject<'a> {
     pub(crate) fn new(scene: &'a Scene, args: &ShadowArgs) -> Result<Self, Error> {
         if args.is_of_surface() || !args.occluders.is_empty() {
             return Err(Error::Usage(
-                "trade measures the shadows of a mesh: leave out --subdivide, --displace and --occluders".into(),
+                "trade measures the shadows of a mesh: leave out --subdivide, --displace and --occluders"
+                    .into(),
             ));
         }
         let (camera, lights) = (args.camera.camera_beside_cube(scene)?, args.lights.shadow_lights(scene)?);

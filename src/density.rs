@@ -11,6 +11,9 @@
 //! several films that hold the direction the densest counts. From infinity the step is |(B − A)×D|/|D| over the least side
 //! of a pixel. Every step has the same bits from A to B as from B to A, and so has their sum.
 //!
+//! Rays that start all over a box and leave to all sides have no film. Around them a pixel is as wide as they are apart at their
+//! start, or the angle between them times the distance from the box, whichever is more, across any direction.
+//!
 //! Based on: Matthew Fisher et al., "DiagSplit: Parallel, Crack-free, Adaptive Tessellation for Micropolygon Rendering",
 //! 2009 (the length of an edge from samples of it alone).
 
@@ -35,10 +38,29 @@ struct FilmPixels {
     density: f64,
 }
 
+/// Rays that start all over a box and leave to all sides: how far apart they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Around {
+    /// The box that they start in.
+    pub bounds: Aabb,
+    /// World units between neighbours at their start: positive.
+    pub spacing: f64,
+    /// The angle between neighbours, in radians: farther away they are as far apart as this times the distance from the box.
+    pub angle: f64,
+}
+
+/// Where rays come from.
+#[derive(Debug, Clone, Copy)]
+enum Source {
+    Point(DVec3),
+    Infinity,
+    Box(Around),
+}
+
 /// The density of a pencil's rays.
 #[derive(Debug, Clone)]
 pub(crate) struct Density {
-    origin: Origin,
+    source: Source,
     films: Vec<FilmPixels>,
     /// The unit direction of parallel rays.
     direction: DVec3,
@@ -60,12 +82,19 @@ impl Density {
         };
         let grids: Vec<GridFilm> = pencil.films().iter().map(grid).collect::<Result<_, _>>()?;
         Ok(match pencil.origin() {
-            Origin::Point(_) => Self::from_point(pencil.origin(), &grids),
-            Origin::Infinity(direction) => Self::from_infinity(pencil.origin(), direction, &grids),
+            Origin::Point(eye) => Self::from_point(eye, &grids),
+            Origin::Infinity(direction) => Self::from_infinity(direction, &grids),
         })
     }
 
-    fn from_point(origin: Origin, grids: &[GridFilm]) -> Self {
+    /// The density of rays that start all over a box.
+    pub(crate) fn around(around: &Around) -> Self {
+        let least_pixel = around.spacing;
+        let outside = 1.0 / least_pixel;
+        Self { source: Source::Box(*around), films: Vec::new(), direction: DVec3::ZERO, outside, least_pixel }
+    }
+
+    fn from_point(eye: DVec3, grids: &[GridFilm]) -> Self {
         let films: Vec<FilmPixels> = grids.iter().map(FilmPixels::new).collect();
         let (mut outside, mut least_pixel) = (f64::INFINITY, f64::INFINITY);
         for film in &films {
@@ -73,10 +102,10 @@ impl Density {
             outside = if film.density < outside { film.density } else { outside };
             least_pixel = if angle < least_pixel { angle } else { least_pixel };
         }
-        Self { origin, films, direction: DVec3::ZERO, outside, least_pixel }
+        Self { source: Source::Point(eye), films, direction: DVec3::ZERO, outside, least_pixel }
     }
 
-    fn from_infinity(origin: Origin, direction: DVec3, grids: &[GridFilm]) -> Self {
+    fn from_infinity(direction: DVec3, grids: &[GridFilm]) -> Self {
         let direction = direction / direction.abs().max_element();
         let direction = direction / length(direction);
         let mut least_pixel = f64::INFINITY;
@@ -87,14 +116,15 @@ impl Density {
                 least_pixel = if side < least_pixel { side } else { least_pixel };
             }
         }
-        Self { origin, films: Vec::new(), direction, outside: 1.0 / least_pixel, least_pixel }
+        let outside = 1.0 / least_pixel;
+        Self { source: Source::Infinity, films: Vec::new(), direction, outside, least_pixel }
     }
 
     /// The length in pixels of a line through some points.
     pub(crate) fn length(&self, points: &[[f32; 3]; SAMPLES]) -> f64 {
         let mut steps = [0.0; SAMPLES - 1];
-        let density = match self.origin {
-            Origin::Point(eye) => {
+        let density = match self.source {
+            Source::Point(eye) => {
                 let points = points.map(|p| widen(p) - eye);
                 let squares = points.map(|p| dot(p, p));
                 for (k, step) in steps.iter_mut().enumerate() {
@@ -102,7 +132,15 @@ impl Density {
                 }
                 self.towards(points[SAMPLES / 2])
             }
-            Origin::Infinity(_) => {
+            Source::Box(around) => {
+                let points = points.map(widen);
+                for (k, step) in steps.iter_mut().enumerate() {
+                    *step = length(points[k + 1] - points[k]);
+                }
+                let middle = points[SAMPLES / 2];
+                1.0 / around.pixel([middle; 2])
+            }
+            Source::Infinity => {
                 let points = points.map(widen);
                 for (k, step) in steps.iter_mut().enumerate() {
                     *step = length(cross(points[k + 1] - points[k], self.direction));
@@ -130,15 +168,42 @@ impl Density {
 
     /// The least distance between neighbouring rays within a box, in world units.
     pub(crate) fn spacing(&self, bounds: &Aabb) -> f64 {
-        let Origin::Point(eye) = self.origin else { return self.least_pixel };
         let (lo, hi) = bounds.corners();
-        let gap = |k: usize| {
-            let (below, above) = (lo[k] - eye[k], eye[k] - hi[k]);
-            let gap = if below > above { below } else { above };
-            if gap > 0.0 { gap } else { 0.0 }
-        };
-        length(DVec3::new(gap(0), gap(1), gap(2))) * self.least_pixel
+        match self.source {
+            Source::Point(eye) => gap([lo, hi], [eye; 2]) * self.least_pixel,
+            Source::Infinity => self.least_pixel,
+            Source::Box(around) => around.pixel([lo, hi]),
+        }
     }
+}
+
+impl Around {
+    /// How far apart the rays are where they come to a box, at least.
+    fn pixel(&self, ends: [DVec3; 2]) -> f64 {
+        let (lo, hi) = self.bounds.corners();
+        let wide = gap(ends, [lo, hi]) * self.angle;
+        if wide > self.spacing { wide } else { self.spacing }
+    }
+
+    /// Whether pixels have a size.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let is_size = self.spacing > 0.0 && self.spacing.is_finite();
+        if is_size && self.angle >= 0.0 && self.angle.is_finite() && !self.bounds.is_empty() {
+            Ok(())
+        } else {
+            Err(Error::Spacing { spacing: self.spacing, angle: self.angle })
+        }
+    }
+}
+
+/// The distance between two boxes.
+pub(crate) fn gap([lo, hi]: [DVec3; 2], [other_lo, other_hi]: [DVec3; 2]) -> f64 {
+    let gap = |k: usize| {
+        let (below, above) = (lo[k] - other_hi[k], other_lo[k] - hi[k]);
+        let gap = if below > above { below } else { above };
+        if gap > 0.0 { gap } else { 0.0 }
+    };
+    length(DVec3::new(gap(0), gap(1), gap(2)))
 }
 
 impl FilmPixels {

@@ -22,11 +22,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
+use crate::batch::Batch;
 use crate::clusters::{FaceFilm, KEPT, block, start};
 use crate::density::Density;
 use crate::dicer::{Dicer, Dicing, Piece};
 use crate::frustum::{Frustum, Interval};
-use crate::grid_samples::GridOrigin;
 use crate::hits::NO_TRIANGLE;
 use crate::leaf::{LeafDepth, Workspace, greatest_key};
 use crate::light_order::LightGrid;
@@ -40,15 +40,13 @@ use crate::reyes::{Item, enter};
 use crate::runs::{Order, Runs};
 use crate::shadow::{self, Receiver};
 use crate::sightings::Sightings;
-use crate::sub_patch::{GRID_BITS, SubPatch};
+use crate::sub_patch::GRID_BITS;
 use crate::{
     Error, Frame, Hits, OnDemand, Options, Path, Pencil, Stats, TriangleId, Triangles, dice_all, general,
 };
 
 /// Micropolygons that are tested together, at least: their runs are made by one thread.
 const BATCH: usize = 1 << 11;
-/// Quadrilaterals of a grid come in blocks of this size: two triangles of each are a run.
-const BLOCK: [usize; 2] = [4, 2];
 
 /// Finds which receivers a light does not see because of surfaces on demand, diced as the rays of `view` ask.
 ///
@@ -103,13 +101,6 @@ struct Scratch<'a, S: OnDemand> {
     batch: Batch,
 }
 
-/// Triangles that wait until there are enough of them.
-#[derive(Default)]
-struct Batch {
-    positions: Vec<[f32; 3]>,
-    indices: Vec<[u32; 3]>,
-}
-
 /// The receivers of a cluster on one face.
 struct Face<'f> {
     /// Their indices.
@@ -155,15 +146,14 @@ impl<'a, S: OnDemand> Query<'a, S> {
         shadowed: &[AtomicBool],
     ) -> Result<Stats, Error> {
         let (light, receivers) = (self.light, self.receivers);
-        let see = |seen: &mut Sightings, face| {
-            dispatch!(self.level, simd => seen.see(simd, light, (receivers, ids), face))
-        };
+        let see = |seen: &mut Sightings, face| dispatch!(self.level, simd => seen.see(simd, light, (receivers, ids), face));
         let [first, last] = see(&mut scratch.seen, None);
         let mut stats = Stats::default();
         for face in first..=last {
             see(&mut scratch.seen, Some(face));
             let seen = &scratch.seen;
-            let here: Vec<u32> = seen.places[..seen.count].iter().map(|&place| ids[usize::from(place)]).collect();
+            let here: Vec<u32> =
+                seen.places[..seen.count].iter().map(|&place| ids[usize::from(place)]).collect();
             if !here.is_empty() {
                 let film = self.film(scratch, face, ids);
                 stats = stats.then(self.face(scratch, &Face { ids: &here, film }, shadowed)?);
@@ -174,12 +164,7 @@ impl<'a, S: OnDemand> Query<'a, S> {
     }
 
     /// The film around the receivers that were seen on a face; they are put there.
-    fn film(
-        &self,
-        scratch: &mut Scratch<'a, S>,
-        face: usize,
-        ids: &[u32],
-    ) -> Option<(FaceFilm, Frustum)> {
+    fn film(&self, scratch: &mut Scratch<'a, S>, face: usize, ids: &[u32]) -> Option<(FaceFilm, Frustum)> {
         let Scratch { work, seen, .. } = scratch;
         let plane = Plane::numbered(self.light, face);
         let (extent, depth) = dispatch!(self.level, simd => seen.extent(simd));
@@ -214,7 +199,7 @@ impl<'a, S: OnDemand> Query<'a, S> {
                 continue;
             }
             if let Some(part) = item.piece.ready() {
-                scratch.dice(self.surfaces, (&item, part), &mut stats)?;
+                scratch.batch.dice(&mut scratch.dicer, (&item.piece.object, part), &mut stats)?;
                 if scratch.batch.indices.len() >= 2 * BATCH {
                     self.test(scratch, face, shadowed, &mut stats)?;
                 }
@@ -259,8 +244,7 @@ impl<'a, S: OnDemand> Query<'a, S> {
             }
             None => *stats = stats.plus(self.one_by_one(&triangles, face.ids, shadowed)),
         }
-        batch.positions.clear();
-        batch.indices.clear();
+        batch.clear();
         Ok(())
     }
 
@@ -284,50 +268,6 @@ impl<S: OnDemand> Scratch<'_, S> {
             + self.dicer.bytes()
             + self.stack.capacity() * size_of::<Item<S::Object>>()
             + self.opened.capacity() * size_of::<Piece<S::Object>>()
-            + self.batch.positions.capacity() * size_of::<[f32; 3]>()
-            + self.batch.indices.capacity() * size_of::<[u32; 3]>()
-    }
-
-    /// Dices a part of a patch into the batch.
-    fn dice(
-        &mut self,
-        surfaces: &S,
-        (item, part): (&Item<S::Object>, SubPatch),
-        stats: &mut Stats,
-    ) -> Result<(), Error> {
-        let object = &item.piece.object;
-        let bits = self.dicer.dice(object, &part)?;
-        self.dicer.check_points(object)?;
-        let count = 1_u64 << (bits[0] + bits[1]);
-        stats.surfaces_diced += 1;
-        stats.micropolygons += count;
-        self.batch.push(&self.dicer.points, &GridOrigin { surface: surfaces.id(object), part, bits });
-        Ok(())
-    }
-}
-
-impl Batch {
-    /// Adds the triangles of a grid, but for those without area, block by block.
-    fn push(&mut self, points: &[[f32; 3]], grid: &GridOrigin) {
-        // In range: a batch is small.
-        let base = self.positions.len() as u32;
-        self.positions.extend_from_slice(points);
-        let [across, along] = grid.bits.map(|bits| 1_usize << bits);
-        let blocks = (0..along)
-            .step_by(BLOCK[1])
-            .flat_map(|v| (0..across).step_by(BLOCK[0]).map(move |u| (u, v)));
-        for (u0, v0) in blocks {
-            for v in v0..along.min(v0 + BLOCK[1]) {
-                for u in u0..across.min(u0 + BLOCK[0]) {
-                    let first = v * (across + 1) + u;
-                    for corners in [false, true].map(|second| grid.corners((first, second))) {
-                        let [a, b, c] = corners.map(|corner| points[corner]);
-                        if a != b && b != c && c != a {
-                            self.indices.push(corners.map(|corner| base + corner as u32));
-                        }
-                    }
-                }
-            }
-        }
+            + self.batch.bytes()
     }
 }

@@ -2,6 +2,8 @@
 
 #![expect(clippy::print_stdout, reason = "with --nocapture the counts are the result")]
 
+#[path = "reyes/shadows.rs"]
+mod shadows;
 #[path = "reyes/surfaces.rs"]
 mod surfaces;
 

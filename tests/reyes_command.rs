@@ -165,3 +165,27 @@ fn ortho_pictures_and_cubes() {
     // From inside a closed surface there is no way out.
     assert!(cube.f32().iter().all(|d| d.is_finite()));
 }
+
+/// Jittered samples follow their seed, and converge to the picture that the regular ones converge to.
+#[test]
+fn jitter() {
+    let place = place();
+    let line = "reyes cube.obj --subdivide --size 40x30 --shading-rate 2";
+    let picture = |more: &str| {
+        place.quiet_run(&format!("{line} {more} -o a.npy"));
+        place.npy("a.npy").f32()
+    };
+    let (one, same) = (picture("--samples 4 --jitter --seed 3"), picture("--samples 4 --jitter --seed 3"));
+    assert_eq!(one, same);
+    assert_ne!(one, picture("--samples 4 --jitter --seed 4"));
+    assert_eq!(picture("--samples 4 --jitter"), picture("--samples 4 --jitter --seed 0"));
+    let reference = picture("--samples 256");
+    let error = |picture: &[f32]| {
+        let squares = picture.iter().zip(&reference).map(|(a, b)| f64::from(a - b) * f64::from(a - b));
+        (squares.sum::<f64>() / reference.len() as f64).sqrt()
+    };
+    let errors = [1, 4, 16, 64].map(|n| error(&picture(&format!("--samples {n} --jitter --seed 1"))));
+    assert!(errors.windows(2).all(|pair| pair[1] < 0.8 * pair[0]), "{errors:?}");
+    assert!(errors[3] < 0.01, "{errors:?}");
+    refused(&place.run(&format!("{line} --seed 3")), 2, &["--jitter"], "a seed alone");
+}
