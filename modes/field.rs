@@ -11,11 +11,13 @@
 //! Based on: William Reeves and Ricki Blau, "Approximate and Probabilistic Algorithms for Shading and Rendering Structured Particle
 //! Systems", 1985; Robert Cook, John Halstead, Maxwell Planck and David Ryu, "Stochastic Simplification of Aggregate Detail", 2007.
 
+use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 use umbel_core::{Aabb, Domain, OnDemand};
 
 use crate::extent::{Extent, rounded};
-use crate::plane_noise::{PlaneNoise, Rectangle};
+use crate::plane_noise::{Cursor, PlaneNoise, Rectangle};
+use crate::point_lanes::{LANES, LaneMap, Lanes, PointLanes, map_points, splat};
 use crate::sample_sets::{mix, uniform};
 
 /// Levels of the quadtree above its cells: 2¹² cells to each side.
@@ -161,18 +163,31 @@ fn root(level: u32, place: [u32; 2], [x, z]: [f64; 2]) -> [f64; 2] {
     [xs[0] + (xs[1] - xs[0]) * x, zs[0] + (zs[1] - zs[0]) * z]
 }
 
-/// The heights of the ground at the roots of some blades of a square: they mostly share the cells of the noise.
-fn grounds(
-    level: u32,
-    place: [u32; 2],
-    indices: impl Iterator<Item = u32>,
-) -> impl Iterator<Item = (u32, u64)> {
-    let mut noise = NOISE.cursor::<{ HILLS.0 }>();
-    indices.map(move |index| {
-        let root = root(level, place, numbers(level, place, index));
-        let [height, _] = hills(|octave| [noise.at(octave, root); 2]);
-        (index, height.to_bits())
-    })
+/// The heights of the ground at the roots of the first blades of a square, as bits.
+fn grounds(level: u32, square: [u32; 2]) -> [u64; LANES] {
+    // In range: there are fewer things in a square than lanes.
+    let roots: [[f64; 2]; LANES] =
+        std::array::from_fn(|index| root(level, square, numbers(level, square, index as u32)));
+    let places = [roots.map(|[x, _]| x), roots.map(|[_, z]| z)];
+    dispatch!(Level::new(), simd => heights(simd, places)).map(f64::to_bits)
+}
+
+/// The heights of the ground at eight places.
+#[inline(always)]
+fn heights<S: Simd>(simd: S, [x, z]: [[f64; LANES]; 2]) -> [f64; LANES] {
+    let place = [Lanes::load_array(simd, x), Lanes::load_array(simd, z)];
+    *hills_lanes(simd, &mut NOISE.cursor(), place).as_array()
+}
+
+/// `hills` at eight places.
+#[inline(always)]
+fn hills_lanes<S: Simd>(simd: S, noise: &mut Cursor<{ HILLS.0 }>, place: [Lanes<S>; 2]) -> Lanes<S> {
+    let (mut sum, mut amplitude, mut apart) = (Lanes::splat(simd, 0.0), HILLS.1, false);
+    for k in 0..HILLS.0 as u32 {
+        sum += noise.lanes(simd, k, place, &mut apart) * amplitude;
+        amplitude *= 0.4;
+    }
+    sum
 }
 
 /// A blade, or the stalk of an umbel.
@@ -199,10 +214,6 @@ impl Blade {
         self.spine[0] * (s * s) + self.spine[1] * (2.0 * s * v) + self.spine[2] * (v * v)
     }
 
-    fn at(&self, [u, v]: [f64; 2]) -> DVec3 {
-        self.curve(v) + self.half_width * ((2.0 * u - 1.0) * (1.0 - v * v))
-    }
-
     /// A box around a part: around the points of its curve, and of what lies beside.
     fn extent(&self, Domain { u, v }: Domain) -> Extent {
         let [a, b] = v;
@@ -213,6 +224,37 @@ impl Blade {
         let beside = ends.iter().flat_map(|end| v.map(|v| self.half_width * (end * (1.0 - v * v))));
         let all = curve.plus(Extent::of(beside));
         all.with_slack(all.reach())
+    }
+}
+
+impl LaneMap for Blade {
+    #[inline(always)]
+    fn points<S: Simd>(&mut self, simd: S, [u, v]: [Lanes<S>; 2]) -> PointLanes<S> {
+        let (s, beside) = (1.0 - v, (2.0 * u - 1.0) * (1.0 - v * v));
+        let (near, middle, far) = (s * s, 2.0 * s * v, v * v);
+        let mut points = splat(simd, DVec3::ZERO);
+        for (k, points) in points.iter_mut().enumerate() {
+            let [a, b, c] = self.spine.map(|point| point[k]);
+            *points = near * a + middle * b + far * c + beside * self.half_width[k];
+        }
+        points
+    }
+}
+
+/// A patch of the ground, to be asked for points.
+struct Ground {
+    patch: u32,
+    noise: Cursor<{ HILLS.0 }>,
+}
+
+impl LaneMap for Ground {
+    #[inline(always)]
+    fn points<S: Simd>(&mut self, simd: S, [u, v]: [Lanes<S>; 2]) -> PointLanes<S> {
+        // The steps of `on_ground`.
+        let side = 2.0 * HALF_SIDE / f64::from(GROUND);
+        let (column, row) = (f64::from(self.patch % GROUND), f64::from(self.patch / GROUND));
+        let (x, z) = ((u + column) * side - HALF_SIDE, HALF_SIDE - (v + row) * side);
+        [x, hills_lanes(simd, &mut self.noise, [x, z]), z]
     }
 }
 
@@ -308,7 +350,8 @@ impl OnDemand for Field {
             return true;
         }
         let stalks = u32::from(has_umbel(level, place));
-        for (index, ground) in grounds(level, place, 0..BLADES + stalks) {
+        let grounds = grounds(level, place);
+        for (index, ground) in (0..BLADES + stalks).zip(grounds) {
             parts.push(FieldObject::Blade { level, place, index, ground });
             if index == BLADES {
                 parts.push(FieldObject::Head { level, place, ground });
@@ -321,20 +364,14 @@ impl OnDemand for Field {
         match *patch {
             FieldObject::Cells { .. } => {}
             FieldObject::Blade { level, place, index, ground } => {
-                let blade = blade(level, place, index, ground);
-                points.extend(parameters.iter().map(|&at| rounded(blade.at(at))));
+                map_points(&mut blade(level, place, index, ground), parameters, points);
             }
             FieldObject::Head { level, place, ground } => {
                 let head = head(level, place, ground);
                 points.extend(parameters.iter().map(|&at| rounded(on_head(head, at))));
             }
             FieldObject::Ground(patch) => {
-                let mut noise = NOISE.cursor::<{ HILLS.0 }>();
-                points.extend(parameters.iter().map(|&at| {
-                    let [x, z] = on_ground(patch, at);
-                    let [y, _] = hills(|octave| [noise.at(octave, [x, z]); 2]);
-                    rounded(DVec3::new(x, y, z))
-                }));
+                map_points(&mut Ground { patch, noise: NOISE.cursor() }, parameters, points);
             }
         }
     }
