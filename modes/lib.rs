@@ -109,6 +109,8 @@ mod obj;
 #[cfg(feature = "obj")]
 mod obj_source;
 #[cfg(feature = "obj")]
+mod obj_tags;
+#[cfg(feature = "obj")]
 mod obj_text;
 mod occluders;
 mod optics;

@@ -55,8 +55,8 @@ pub(crate) struct SurfaceArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Surfaces")]
 pub(crate) struct MadeArgs {
-    /// Displace a mesh along its normals, by --height world units where the map is 1: MAP.png by texture coordinates, white is 1, or noise:FREQUENCY[,SEED[,OCTAVES]] with cells of 1/FREQUENCY units
-    #[arg(long, value_name = "MAP.png|noise:F,SEED", value_parser = parse_relief, requires = "height")]
+    /// Displace a mesh along its normals, by --height world units where the map is 1: MAP.png or .exr by texture coordinates, white is 1, or noise:FREQUENCY[,SEED[,OCTAVES]] with cells of 1/FREQUENCY units
+    #[arg(long, value_name = "MAP.png|MAP.exr|noise:F,SEED", value_parser = parse_relief, requires = "height")]
     displace: Option<ReliefArg>,
 
     /// Take the mesh for the cage of a Catmull-Clark surface

@@ -10,7 +10,7 @@ use crate::load::{LoadOptions, load};
 use crate::sample_sets::{mix, uniform};
 use crate::teapot::teapot;
 use crate::{
-    BuiltinView, Creases, DisplacedMesh, Error, Field, Scene, SubdivisionSurface, Surfaces, Terrain,
+    BuiltinView, DisplacedMesh, Error, Field, Scene, SubdivisionSurface, Surfaces, Terrain,
     builtin_view, read_bpt,
 };
 
@@ -119,7 +119,7 @@ impl SurfaceScene {
         }
         let first_triangles;
         let surfaces = if options.subdivide {
-            let surface = SubdivisionSurface::new(&scene, &Creases::default(), options.displacement);
+            let surface = SubdivisionSurface::new(&scene, &scene.creases, options.displacement);
             first_triangles = surface.first_triangles().to_vec();
             Surfaces::Subdivided(Box::new(surface))
         } else {

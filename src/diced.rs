@@ -3,7 +3,7 @@
 //! For tests, and as input of other engines. The recursion makes the same triangles where they matter only, see
 //! [`crate::reyes`].
 
-use fearless_simd::{dispatch, prelude::*};
+use fearless_simd::{Level, dispatch, prelude::*};
 use rayon::prelude::*;
 
 use crate::density::Density;
@@ -123,7 +123,7 @@ pub fn dice_all<S: OnDemand>(
     dicing: &Dicing,
 ) -> Result<DicedTriangles, Error> {
     dicing.check()?;
-    let density = Density::new(pencil)?;
+    let density = Density::new(pencil, Level::new())?;
     if pencil.is_empty() {
         return Ok(DicedTriangles::default());
     }

@@ -43,11 +43,11 @@ pub fn open_rays_on_demand<S: OnDemand>(
     (around, dicing): (&Around, &Dicing),
     options: &Options,
 ) -> Result<(OpenRays, Stats), Error> {
-    check_call(occlusion.hemispheres.len(), options)?;
+    let level = check_call(occlusion.hemispheres.len(), options)?;
     around.check()?;
     dicing.check()?;
     let (mut open, mut stats) = Frame::new().open_rays(triangles, occlusion, options)?;
-    let (density, reach) = (Density::around(around), Reach::of(occlusion));
+    let (density, reach) = (Density::around(around, level), Reach::of(occlusion));
     let mut rounds = Rounds::new(surfaces, &density, dicing, &reach, &mut stats);
     let (mut positions, mut indices) = (Vec::new(), Vec::new());
     loop {

@@ -55,7 +55,7 @@ pub fn closest_hit_on_demand<S: OnDemand>(
 ) -> Result<(SurfaceHits, Stats), Error> {
     let level = check_call(pencil.len(), options)?;
     dicing.check()?;
-    let density = Density::new(pencil)?;
+    let density = Density::new(pencil, level)?;
     match options.path {
         Path::Pencil => in_pool(|| see(surfaces, pencil, (&density, dicing), level))?,
         Path::General => diced::see_all(surfaces, pencil, dicing, options),

@@ -65,7 +65,7 @@ pub fn shadowed_on_demand<S: OnDemand>(
     let level = check_call(receivers.len(), options)?;
     shadow::check(light, receivers)?;
     dicing.check()?;
-    let density = Density::new(view)?;
+    let density = Density::new(view, level)?;
     let nowhere = |receiver: &Receiver| Receiver { triangle: TriangleId(NO_TRIANGLE), ..*receiver };
     let receivers: Vec<Receiver> = receivers.iter().map(nowhere).collect();
     if receivers.is_empty() {

@@ -189,3 +189,35 @@ fn jitter() {
     assert!(errors[3] < 0.01, "{errors:?}");
     refused(&place.run(&format!("{line} --seed 3")), 2, &["--jitter"], "a seed alone");
 }
+
+/// A cage with creases for ever on all its edges is its own surface.
+#[test]
+fn creases_of_an_obj() {
+    let place = place();
+    let edges = [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
+    let tags: String = edges.iter().map(|[a, b]| format!("t crease 2/1/0 {a} {b} 10\n")).collect();
+    place.put("sharp.obj", format!("{CUBE}{tags}t interpolateboundary 1/0/0 2\n"));
+    place.put("corners.obj", format!("{CUBE}t corner 8/1/0 0 1 2 3 4 5 6 7 10\n"));
+    let depth = |line: &str| {
+        place.quiet_run(&format!("reyes {line} --size 60x45 --aov depth=d.npy"));
+        place.npy("d.npy").f32()
+    };
+    let (flat, sharp) = (depth("cube.obj"), depth("sharp.obj --subdivide --eye 4,3,5"));
+    assert!(depth("cube.obj --eye 4,3,5").iter().zip(&sharp).all(|(a, b)| a == b || (a - b).abs() < 1e-5));
+    assert_eq!(flat.len(), sharp.len());
+    // The corners stay where they are, and the edges are round.
+    let round = depth("cube.obj --subdivide --eye 4,3,5");
+    let cornered = depth("corners.obj --subdivide --eye 4,3,5");
+    let hits = |depth: &[f32]| depth.iter().filter(|d| d.is_finite()).count();
+    assert!(hits(&round) < hits(&cornered) && hits(&cornered) < hits(&sharp));
+    for (tag, named) in [
+        ("t crease 2/1/0 0 8 2", "no vertex 8"),
+        ("t crease 2/1/0 0 1 -2", "sharpness -2"),
+        ("t crease 2/1/0 0 1", "t crease 2/1/0 4 7 2.5"),
+        ("t crease", "t crease 2/1/0 4 7 2.5"),
+        ("t corner 1/1/0 x 2", "vertices counted from 0"),
+    ] {
+        place.put("bad.obj", format!("{CUBE}{tag}\n"));
+        refused(&place.run("reyes bad.obj --subdivide"), 3, &["bad.obj:19", named], tag);
+    }
+}
