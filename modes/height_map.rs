@@ -10,8 +10,8 @@
 
 use std::path::Path;
 
-use crate::exr_file::{Samples, read_exr};
 use crate::Error;
+use crate::exr_file::{Samples, read_exr};
 use crate::png_file::read_png_gray16;
 
 /// Heights, of a PNG from 0 (black) to 1 (white), linear in the numbers of the file.

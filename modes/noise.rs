@@ -207,7 +207,8 @@ impl Noise {
         if !few {
             return [0.0, 1.0];
         }
-        let (mut least, mut greatest) = (Lanes::splat(simd, f64::INFINITY), Lanes::splat(simd, f64::NEG_INFINITY));
+        let (mut least, mut greatest) =
+            (Lanes::splat(simd, f64::INFINITY), Lanes::splat(simd, f64::NEG_INFINITY));
         // One or two along each axis.
         let [nx, ny, nz] = (last - first).to_array().map(|apart| apart as u32 + 1);
         for place in 0..nx * ny * nz {
@@ -219,7 +220,10 @@ impl Noise {
         }
         let (mut range, least, greatest) = ([1.0_f64, 0.0_f64], least.as_array(), greatest.as_array());
         for (&least, &greatest) in least.iter().zip(greatest) {
-            range = [if least < range[0] { least } else { range[0] }, if greatest > range[1] { greatest } else { range[1] }];
+            range = [
+                if least < range[0] { least } else { range[0] },
+                if greatest > range[1] { greatest } else { range[1] },
+            ];
         }
         [range[0] - ROUNDING, range[1] + ROUNDING]
     }

@@ -17,19 +17,28 @@ pub(crate) fn take_tag(rest: &str, (line, count): (u64, u64), creases: &mut Crea
     };
     let problem = |what: String| Problem { line: Some(line), what, remedy: CORRECT_LINE };
     let numbers: Vec<&str> = words.collect();
-    let form = || problem(format!("\"t {kind}\" takes a form such as \"t crease 2/1/0 4 7 2.5\", vertices counted from 0"));
+    let form = || {
+        problem(format!(
+            "\"t {kind}\" takes a form such as \"t crease 2/1/0 4 7 2.5\", vertices counted from 0"
+        ))
+    };
     let (counts, numbers) = numbers.split_first().ok_or_else(form)?;
-    let counts: Vec<usize> = counts.split('/').map(str::parse).collect::<Result<_, _>>().map_err(|_| form())?;
+    let counts: Vec<usize> =
+        counts.split('/').map(str::parse).collect::<Result<_, _>>().map_err(|_| form())?;
     let least = if kind == "crease" { 2 } else { 1 };
     let &[vertices, values, 0] = &counts[..] else { return Err(form()) };
     if vertices < least || values == 0 || Some(numbers.len()) != vertices.checked_add(values) {
         return Err(form());
     }
     let (vertices, values) = numbers.split_at(vertices);
-    let vertices: Vec<u32> = vertices.iter().map(|word| word.parse()).collect::<Result<_, _>>().map_err(|_| form())?;
-    let values: Vec<f32> = values.iter().map(|word| word.parse()).collect::<Result<_, _>>().map_err(|_| form())?;
+    let vertices: Vec<u32> =
+        vertices.iter().map(|word| word.parse()).collect::<Result<_, _>>().map_err(|_| form())?;
+    let values: Vec<f32> =
+        values.iter().map(|word| word.parse()).collect::<Result<_, _>>().map_err(|_| form())?;
     if let Some(vertex) = vertices.iter().find(|&&vertex| u64::from(vertex) >= count) {
-        return Err(problem(format!("there is no vertex {vertex}: they are counted from 0 here, and there are {count}")));
+        return Err(problem(format!(
+            "there is no vertex {vertex}: they are counted from 0 here, and there are {count}"
+        )));
     }
     if let Some(sharpness) = values.iter().find(|sharpness| !(**sharpness >= 0.0)) {
         return Err(problem(format!("the sharpness {sharpness} is not 0 or more")));

@@ -10,8 +10,8 @@ use crate::load::{LoadOptions, load};
 use crate::sample_sets::{mix, uniform};
 use crate::teapot::teapot;
 use crate::{
-    BuiltinView, DisplacedMesh, Error, Field, Scene, SubdivisionSurface, Surfaces, Terrain,
-    builtin_view, read_bpt,
+    BuiltinView, DisplacedMesh, Error, Field, Scene, SubdivisionSurface, Surfaces, Terrain, builtin_view,
+    read_bpt,
 };
 
 /// What is made of a mesh.

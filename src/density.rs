@@ -93,7 +93,14 @@ impl Density {
     pub(crate) fn around(around: &Around, level: Level) -> Self {
         let least_pixel = around.spacing;
         let outside = 1.0 / least_pixel;
-        Self { source: Source::Box(*around), films: Vec::new(), direction: DVec3::ZERO, outside, least_pixel, level }
+        Self {
+            source: Source::Box(*around),
+            films: Vec::new(),
+            direction: DVec3::ZERO,
+            outside,
+            least_pixel,
+            level,
+        }
     }
 
     fn from_point(eye: DVec3, grids: &[GridFilm], level: Level) -> Self {

@@ -240,6 +240,7 @@ impl<'a, S: OnDemand> Query<'a, S> {
             Some((film, _)) => {
                 let runs = Runs::new(&triangles, self.level, Some(Order::as_given(triangles.len())));
                 let how = (self.options.accuracy, self.level);
+                work.forget_triangles();
                 *stats = stats.plus(block(&triangles, self.light, &runs, how, (film, work)));
             }
             None => *stats = stats.plus(self.one_by_one(&triangles, face.ids, shadowed)),

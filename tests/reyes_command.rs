@@ -194,7 +194,8 @@ fn jitter() {
 #[test]
 fn creases_of_an_obj() {
     let place = place();
-    let edges = [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
+    let edges =
+        [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
     let tags: String = edges.iter().map(|[a, b]| format!("t crease 2/1/0 {a} {b} 10\n")).collect();
     place.put("sharp.obj", format!("{CUBE}{tags}t interpolateboundary 1/0/0 2\n"));
     place.put("corners.obj", format!("{CUBE}t corner 8/1/0 0 1 2 3 4 5 6 7 10\n"));

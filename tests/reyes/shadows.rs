@@ -31,14 +31,25 @@ fn receivers(pencil: &Pencil, seen: &SurfaceHits, light: Origin) -> Vec<(Receive
 
 /// The answer for all points that turn to the light, checked against all micropolygons, instruction sets and threads.
 fn checked(surfaces: &Surfaces, view: &Pencil, light: Origin, what: &str) -> (usize, Vec<bool>) {
-    let (seen, _) = closest_hit_on_demand(surfaces, view, &DICING, &Options::default()).expect("an answer");
+    checked_at(0.8, surfaces, view, light, what)
+}
+
+fn checked_at(
+    shading_rate: f64,
+    surfaces: &Surfaces,
+    view: &Pencil,
+    light: Origin,
+    what: &str,
+) -> (usize, Vec<bool>) {
+    let dicing = Dicing { shading_rate, ..DICING };
+    let (seen, _) = closest_hit_on_demand(surfaces, view, &dicing, &Options::default()).expect("an answer");
     let turned = receivers(view, &seen, light);
     let points: Vec<Receiver> =
         turned.iter().filter(|(_, lit)| *lit).map(|(receiver, _)| *receiver).collect();
-    let ask = |options: &Options| shadowed_on_demand(surfaces, (view, &DICING), light, &points, options);
+    let ask = |options: &Options| shadowed_on_demand(surfaces, (view, &dicing), light, &points, options);
     let (found, stats) = ask(&Options::default()).expect("an answer");
     println!("{what}: {} of {} in shadow, {stats:?}", found.iter().filter(|&&s| s).count(), found.len());
-    let diced = dice_all(surfaces, view, &DICING).expect("triangles");
+    let diced = dice_all(surfaces, view, &dicing).expect("triangles");
     let triangles = Triangles::new(diced.positions(), diced.indices()).expect("triangles");
     let (expected, _) = shadowed(&triangles, light, &points, &Options::default()).expect("an answer");
     assert!(found == expected, "{what}: not that of all triangles");
@@ -84,6 +95,17 @@ fn of_a_bumpy_sphere_on_a_plane() {
     assert_eq!(some, [true; 2]);
     let view = sun([0.0, 5.0, 0.0], 4.0, 90);
     checked(&scene, &view, lights()[0], "seen by parallel rays");
+}
+
+/// Many batches of triangles, of all sizes.
+#[test]
+fn of_many_micropolygons() {
+    let scene = of_spheres(&[sphere(0.3, 5.0), sphere(0.1, 9.0)]);
+    let view = camera([3.0, 2.0, 4.0], [-3.0, -2.0, -4.0], 1.2, [90, 70]);
+    for light in [lights()[0], lights()[2], lights()[3]] {
+        let (_, found) = checked_at(0.15, &scene, &view, light, &format!("fine, {light:?}"));
+        assert!(found.contains(&true));
+    }
 }
 
 /// What turns to the light on a sphere is lit: there is no acne, however coarse the micropolygons.

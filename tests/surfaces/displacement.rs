@@ -131,7 +131,8 @@ fn maps_of_floats() {
     let place = Place::new();
     let heights = [0.25, -3.0, 17.5, 0.0];
     let path = place.path("map.exr");
-    let channel = |name: &str, samples: &[f32]| Channel { name: name.into(), samples: Samples::F32(samples.to_vec()) };
+    let channel =
+        |name: &str, samples: &[f32]| Channel { name: name.into(), samples: Samples::F32(samples.to_vec()) };
     let other = [9.0; 4];
     for channels in [
         vec![channel("height", &heights)],
