@@ -134,6 +134,24 @@ pub(crate) struct OccluderArgs {
 }
 
 impl OccluderArgs {
+    /// Refuses what cannot be meant, where a dial chooses the rays or not.
+    fn check(&self, has_dial: bool) -> Result<(), Error> {
+        refuse_first(&[
+            (
+                self.made.is_given() && self.scenes.is_empty(),
+                "--subdivide and --displace make surfaces of --occluders; what is baked stays as it is",
+            ),
+            (
+                self.height.is_some_and(|height| !height.is_finite()),
+                "--height must be a finite number of world units",
+            ),
+            (
+                self.has_surfaces() && has_dial,
+                "--max-error and --time-budget are for triangles: leave out surfaces on demand, or give --rays",
+            ),
+        ])
+    }
+
     /// Whether a further scene is made of surfaces on demand.
     pub(crate) fn is_on_demand(&self, name: &str) -> bool {
         self.made.is_given() || names_surfaces(name)
@@ -150,6 +168,7 @@ impl BakeArgs {
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.sampling.check()?;
         self.dial.refuse_beside("--rays", self.sampling.has_rays())?;
+        self.occluders.check(self.dial.goal().is_some())?;
         let (receivers, target) = (&self.receivers, self.target());
         let texels = matches!(target, Target::Texels(_));
         let output = self.output.as_deref().map(extension).unwrap_or_default();
@@ -177,18 +196,6 @@ impl BakeArgs {
             ),
             (is_gltf && !self.sampling.is_openness(), "--polarity: glTF has openness, and nothing else"),
             (!receivers.bias.is_finite(), "--bias must be a finite number"),
-            (
-                self.occluders.made.is_given() && self.occluders.scenes.is_empty(),
-                "--subdivide and --displace make surfaces of --occluders; what is baked stays as it is",
-            ),
-            (
-                self.occluders.height.is_some_and(|height| !height.is_finite()),
-                "--height must be a finite number of world units",
-            ),
-            (
-                self.occluders.has_surfaces() && self.dial.goal().is_some(),
-                "--max-error and --time-budget are for triangles: leave out surfaces on demand, or give --rays",
-            ),
         ])?;
         let arrays = [("--bent", &self.bent), ("--dump-rays", &self.dump_rays)];
         for (option, path) in arrays.into_iter().filter_map(|(option, path)| Some((option, path.as_ref()?))) {

@@ -36,6 +36,7 @@ mod bake_occluders;
 mod bake_options;
 mod bezier;
 mod bicubic;
+mod blades;
 mod bounce;
 mod bpt;
 mod builtin;

@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use umbel::{
-    Camera, Casters, Dicing, Error, Film, Frame, Lens, MapErrors, MaskCounts, NO_TRIANGLE, Origin, Pencil,
-    Receivers, Scene, Shot, Stats, Triangles, closest_hit, closest_hit_on_demand, compare_maps, cube_map,
-    cube_pencil, distances, face_matrices, receivers, sun_pencil, surface_distances, surface_visibility,
+    Camera, Casters, Dicing, Error, Frame, Lens, MaskCounts, NO_TRIANGLE, Origin, Pencil, Receivers, Scene,
+    Shot, Stats, Triangles, closest_hit, closest_hit_on_demand, compare_maps, cube_map, cube_pencil,
+    distances, receivers, sun_pencil, surface_distances, surface_visibility,
 };
 
 use crate::cli::Common;
@@ -19,15 +19,13 @@ use crate::reyes_command::{CORNERS_BYTES, SURFACE_BYTES};
 use crate::shadow_args::ShadowArgs;
 use crate::shadow_dial::Dial;
 use crate::shadow_files::{Content, Names, Writer, refuse_collisions};
+use crate::shadow_report::{comparison, is_sun, light_json, map_json};
 use crate::shadow_scene::ShadowScene;
 
 /// Bytes per texel of a map: the hit 8, the distance 4, a picture 12.
 const TEXEL_BYTES: u64 = 24;
 /// Bytes per pixel of a mask beside those of the query: the hit 8, the mask 4, bytes of the file 4.
 const PIXEL_BYTES: u64 = 16;
-
-/// The names of the faces.
-const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
 
 /// One run of the verb.
 struct Run<'a> {
@@ -303,68 +301,12 @@ impl Run<'_> {
     }
 }
 
-/// A line of the table, and the same for the report. Parts are those of all surfaces that are seen.
-fn comparison(size: u32, surfaces: usize, found: &MapErrors) -> (String, Value) {
-    let part = |count: usize| {
-        let percent = 100.0 * count as f64 / surfaces.max(1) as f64;
-        format!("{count} {:>9}", format!("{percent:.4} %"))
-    };
-    let line = format!(
-        "{size:>10} {:>19} {:>19} {:>12.4} {:>12.4}\n",
-        part(found.acne),
-        part(found.leaks),
-        found.median_bias,
-        found.greatest_bias
-    );
-    let value = json!({
-        "cube_size": size,
-        "receivers": surfaces,
-        "asked": found.receivers,
-        "acne": found.acne,
-        "leaks": found.leaks,
-        "median_bias": found.median_bias,
-        "greatest_bias": found.greatest_bias,
-    });
-    (line, value)
-}
-
 /// The lesser of two distances, texel by texel.
 fn nearer(mut nearest: Vec<f32>, others: &[f32]) -> Vec<f32> {
     for (nearest, &other) in nearest.iter_mut().zip(others) {
         *nearest = if other < *nearest { other } else { *nearest };
     }
     nearest
-}
-
-/// Whether a light is at infinity.
-fn is_sun(light: Origin) -> bool {
-    matches!(light, Origin::Infinity(_))
-}
-
-/// A light in the report.
-fn light_json(light: Origin) -> Value {
-    match light {
-        Origin::Point(point) => json!({ "point": point.to_array() }),
-        Origin::Infinity(direction) => json!({ "toward": (-direction).to_array() }),
-    }
-}
-
-/// How texels of the maps become rays.
-fn map_json(size: u32, pencils: &[Pencil]) -> Value {
-    let film = |pencil: &Pencil| match (pencil.origin(), pencil.films().first()) {
-        (Origin::Infinity(direction), Some(Film::Grid(film))) => {
-            let [forward, right, up] = film.span().map(|v| v.to_array());
-            Some(json!({ "direction": direction.to_array(), "forward": forward, "right": right, "up": up }))
-        }
-        _ => None,
-    };
-    let films: Vec<Value> = pencils.iter().filter_map(film).collect();
-    if !films.is_empty() {
-        return json!({ "size": size, "films": films });
-    }
-    let faces = FACES.iter().zip(face_matrices());
-    let faces: Vec<Value> = faces.map(|(name, matrix)| json!({ "name": name, "matrix": matrix })).collect();
-    json!({ "size": size, "faces": faces })
 }
 
 /// Stops before the start when too much memory would be needed.
