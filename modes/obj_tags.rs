@@ -40,7 +40,7 @@ pub(crate) fn take_tag(rest: &str, (line, count): (u64, u64), creases: &mut Crea
             "there is no vertex {vertex}: they are counted from 0 here, and there are {count}"
         )));
     }
-    if let Some(sharpness) = values.iter().find(|sharpness| !(**sharpness >= 0.0)) {
+    if let Some(sharpness) = values.iter().find(|sharpness| sharpness.is_nan() || **sharpness < 0.0) {
         return Err(problem(format!("the sharpness {sharpness} is not 0 or more")));
     }
     let value = |place: usize| values[place.min(values.len() - 1)];

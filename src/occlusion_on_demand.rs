@@ -94,7 +94,8 @@ impl Reach {
         }
         let ends = |bounds: &Aabb| [widen(bounds.lo), widen(bounds.hi)];
         // A box without end, whose distance is no number, is kept.
-        !(gap(ends(bounds), ends(&self.receivers)) > self.distance)
+        let gap = gap(ends(bounds), ends(&self.receivers));
+        gap <= self.distance || gap.is_nan()
     }
 }
 
