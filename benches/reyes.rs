@@ -144,7 +144,7 @@ fn measure<S: OnDemand>(
 ) -> Result<Vec<Value>> {
     let mut subjects = Vec::new();
     for &shading_rate in &args.shading_rate {
-        let dicing = Dicing { shading_rate };
+        let dicing = Dicing { shading_rate, ..Dicing::default() };
         let (_, stats) = closest_hit_on_demand(surfaces, pencil, &dicing, &Options::default())?;
         let (made, diced) = timed(|| dice_all(surfaces, pencil, &dicing));
         let diced = diced?;

@@ -61,7 +61,7 @@ fn memory(args: &ReyesGrowthArgs) -> Result<Vec<Curve>> {
     // A rate is halved per step: four times the micropolygons.
     let mut shading_rate = 2.0;
     loop {
-        let dicing = Dicing { shading_rate };
+        let dicing = Dicing { shading_rate, ..Dicing::default() };
         let (ms, found) = timed(|| closest_hit_on_demand(&sheets, &pencil, &dicing, &Options::default()));
         let (_, Stats { micropolygons, engine_bytes, .. }) = found?;
         let megabytes = engine_bytes as f64 / 1e6;
@@ -83,7 +83,7 @@ fn times(args: &ReyesGrowthArgs) -> Result<Vec<Curve>> {
         "sheets", "micropolygons", "reyes ms", "triangles", "umbel ms"
     );
     let (mut own, mut diced) = (Vec::new(), Vec::new());
-    let dicing = Dicing { shading_rate: COARSE };
+    let dicing = Dicing { shading_rate: COARSE, ..Dicing::default() };
     for count in (0..=10).map(|k| 1 << k) {
         let sheets = Sheets::new(count, args.size);
         let pencil = sheets.pencil(args.size)?;

@@ -96,7 +96,7 @@ mod tests {
         let sheets = Sheets::new(3, size);
         let pencil = sheets.pencil(size)?;
         let (seen, _) =
-            closest_hit_on_demand(&sheets, &pencil, &Dicing { shading_rate: 2.0 }, &Options::default())?;
+            closest_hit_on_demand(&sheets, &pencil, &Dicing { shading_rate: 2.0, ..Dicing::default() }, &Options::default())?;
         assert!(seen.ids().iter().all(|&id| id == 0));
         Ok(())
     }

@@ -19,10 +19,11 @@
 //!
 //! Based on: Alexander Keller and Wolfgang Heidrich, "Interleaved Sampling", 2001.
 
-use umbel_core::{Frame, Hemisphere, Occlusion, OpenRays, Options, RaySample, RaySamples, Stats, Triangles};
+use umbel_core::{Frame, Hemisphere, Occlusion, OpenRays, Options, RaySample, RaySamples, Stats};
 
 use crate::Error;
 use crate::ambient::{Sums, dot, weigh_own, weigh_shared};
+use crate::bake_occluders::BakeOccluders;
 use crate::bake_options::BakeOptions;
 use crate::sample_sets::{INTERLEAVED, OwnSets, SampleSet, set_of, sphere_sets};
 
@@ -150,14 +151,15 @@ impl Bake {
     ///
     /// # Errors
     /// When the engine refuses a receiver, or the scene or the options.
-    pub fn run(
+    pub fn run<'a>(
         &self,
-        triangles: &Triangles<'_>,
+        occluders: impl Into<BakeOccluders<'a>>,
         receivers: &BakeReceivers,
         frame: &mut Frame,
         options: &Options,
     ) -> Result<Baked, Error> {
-        let (mut query, mut found) = (Query { bake: self, triangles, frame, options }, Found::default());
+        let (mut query, mut found) =
+            (Query { bake: self, occluders: occluders.into(), frame, options }, Found::default());
         match self.sets.as_slice() {
             [] => found = query.own(receivers)?,
             [samples] => found = query.shared(receivers, samples)?,
@@ -190,7 +192,7 @@ impl Bake {
 /// One run.
 struct Query<'a> {
     bake: &'a Bake,
-    triangles: &'a Triangles<'a>,
+    occluders: BakeOccluders<'a>,
     frame: &'a mut Frame,
     options: &'a Options,
 }
@@ -247,7 +249,7 @@ impl Query<'_> {
     ) -> Result<(OpenRays, Stats), Error> {
         let BakeOptions { back_faces, grouping, .. } = self.bake.options;
         let occlusion = Occlusion { hemispheres: &receivers.hemispheres, samples, back_faces, grouping };
-        Ok(self.frame.open_rays(self.triangles, &occlusion, self.options)?)
+        self.occluders.open_rays(&occlusion, self.frame, self.options)
     }
 
     /// The rays above both the surface and the horizon of the normal, with what became of them.
@@ -263,8 +265,8 @@ impl Query<'_> {
         let ray = |(place, ray): (usize, usize)| {
             let RaySample { direction, t_max } = sample(place, ray);
             let (hemisphere, d) = (&receivers.hemispheres[place], direction.to_array().map(|x| x as f32));
-            let is_above =
-                dot(receivers.normals[place], d) > 0.0 && hemisphere.is_above(self.triangles, direction);
+            let is_above = dot(receivers.normals[place], d) > 0.0
+                && hemisphere.is_above(self.occluders.triangles, direction);
             let [x, y, z] = hemisphere.receiver.point;
             let hit = if open.is_open(place, ray) { 0.0 } else { 1.0 };
             is_above.then_some((place, [x, y, z, d[0], d[1], d[2], t_max, hit]))

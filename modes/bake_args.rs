@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use umbel::{AtlasOptions, BakeOptions, Error, GrayBits, Scene};
+use umbel::{AtlasOptions, BakeOptions, Error, GrayBits, Scene, names_surfaces};
 
 use crate::bake_gltf;
 use crate::bake_sampling_args::SamplingArgs;
@@ -12,6 +12,7 @@ use crate::camera_args::refuse_first;
 use crate::dial_args::DialArgs;
 use crate::parse::parse_vector;
 use crate::picture::extension;
+use crate::reyes_args::MadeArgs;
 
 /// Texels of the margin where none are asked for: four for a texture that is halved twice.
 pub(crate) const MARGIN: u32 = 16;
@@ -120,9 +121,46 @@ pub(crate) struct OccluderArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true, requires = "ground_plane")]
     pub(crate) up: Option<DVec3>,
 
-    /// Another scene that occludes this one and is not baked; may be given several times
+    /// Another scene that occludes this one and is not baked, surfaces on demand included; may be given several times
     #[arg(long = "occluders", value_name = "SCENE")]
     pub(crate) scenes: Vec<String>,
+
+    #[command(flatten)]
+    pub(crate) made: MadeArgs,
+
+    /// World units by which --displace moves the occluders where the map is 1
+    #[arg(long, value_name = "UNITS", allow_hyphen_values = true, requires = "displace")]
+    pub(crate) height: Option<f64>,
+}
+
+impl OccluderArgs {
+    /// Refuses what cannot be meant, where a dial chooses the rays or not.
+    fn check(&self, has_dial: bool) -> Result<(), Error> {
+        refuse_first(&[
+            (
+                self.made.is_given() && self.scenes.is_empty(),
+                "--subdivide and --displace make surfaces of --occluders; what is baked stays as it is",
+            ),
+            (
+                self.height.is_some_and(|height| !height.is_finite()),
+                "--height must be a finite number of world units",
+            ),
+            (
+                self.has_surfaces() && has_dial,
+                "--max-error and --time-budget are for triangles: leave out surfaces on demand, or give --rays",
+            ),
+        ])
+    }
+
+    /// Whether a further scene is made of surfaces on demand.
+    pub(crate) fn is_on_demand(&self, name: &str) -> bool {
+        self.made.is_given() || names_surfaces(name)
+    }
+
+    /// Whether any is.
+    pub(crate) fn has_surfaces(&self) -> bool {
+        self.scenes.iter().any(|name| self.is_on_demand(name))
+    }
 }
 
 impl BakeArgs {
@@ -130,6 +168,7 @@ impl BakeArgs {
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.sampling.check()?;
         self.dial.refuse_beside("--rays", self.sampling.has_rays())?;
+        self.occluders.check(self.dial.goal().is_some())?;
         let (receivers, target) = (&self.receivers, self.target());
         let texels = matches!(target, Target::Texels(_));
         let output = self.output.as_deref().map(extension).unwrap_or_default();

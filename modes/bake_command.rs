@@ -7,8 +7,9 @@ use std::time::Instant;
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 use umbel::{
-    Bake, BakeOptions, Error, Falloff, Frame, LoadOptions, Occluders, Polarity, SampleSet, Scene, TracedRay,
-    Triangles, Weighting, check_output, check_uvs, load,
+    Bake, BakeOccluders, BakeOptions, Error, Falloff, Frame, LoadOptions, Occluders, Polarity, SampleSet,
+    Scene, SurfaceOptions, SurfaceScene, TracedRay, Weighting, check_output, check_uvs, load, load_surfaces,
+    names_surfaces, rays_around,
 };
 
 use crate::bake_args::{BakeArgs, OccluderArgs};
@@ -22,6 +23,9 @@ use crate::report::{Report, Times, timed};
 
 /// The most bytes that a piece takes where the user sets no limit.
 const PIECE_BYTES: u64 = 1 << 30;
+
+/// Bytes that surfaces on demand take: those of a round of micropolygons.
+const SURFACE_BYTES: u64 = 100 << 20;
 
 /// Bytes that the engine takes for each triangle: its corners in order, and what it covers, per thread.
 fn triangle_bytes() -> u64 {
@@ -68,7 +72,11 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
         plan = make_plan(args, &bake, (&scene, &occluders), common)?;
         choice.say(common);
     }
-    let found = run(&bake, (&source, &triangles), (plan.piece, options.bent), common, &mut times)?;
+    let surfaces = timed(&mut times.load, || surfaces(&args.occluders, common))?;
+    let around = rays_around(scene.bounds().union(source.points_bounds()), plan.values as usize);
+    let dicing = args.occluders.made.dicing();
+    let among = BakeOccluders { triangles: &triangles, surfaces: &surfaces, around, dicing };
+    let found = run(&bake, (&source, among), (plan.piece, options.bent), common, &mut times)?;
     let mut hash = blake3::Hasher::new();
     let (stats, rays) = (found.stats, usize::try_from(found.rays).unwrap_or(usize::MAX));
     let mut more = report_fields(&options, &source, &found, &plan);
@@ -102,13 +110,30 @@ pub(crate) fn occluders<'a>(
     common: &Common,
 ) -> Result<Occluders<'a>, Error> {
     let mut occluders = Occluders::new(scene);
-    for name in &args.scenes {
+    for name in args.scenes.iter().filter(|name| !args.is_on_demand(name)) {
         occluders.add(&load(name, LoadOptions { drop_non_finite: common.drop_non_finite })?)?;
     }
     if args.ground_plane {
         occluders.add_ground(args.up.unwrap_or(DVec3::Y))?;
     }
     Ok(occluders)
+}
+
+/// The further scenes that are surfaces on demand.
+fn surfaces(args: &OccluderArgs, common: &Common) -> Result<Vec<SurfaceScene>, Error> {
+    let load = LoadOptions { drop_non_finite: common.drop_non_finite };
+    let read = |name: &String| {
+        let made = if names_surfaces(name) {
+            SurfaceOptions::default()
+        } else {
+            args.made.options(load, args.height)?
+        };
+        load_surfaces(name, made)
+    };
+    let found: Vec<SurfaceScene> =
+        args.scenes.iter().filter(|name| args.is_on_demand(name)).map(read).collect::<Result<_, _>>()?;
+    found.iter().for_each(|scene| say(&scene.warnings, common));
+    Ok(found)
 }
 
 /// Decides how many receivers are taken at once, or stops before the start where memory is too short for any number.
@@ -123,7 +148,12 @@ pub(crate) fn make_plan(
         if args.dump_rays.is_some() { bake.directions() * 2 * size_of::<TracedRay>() as u64 } else { 0 };
     // What every mode takes for a triangle is counted where the limit is checked.
     let triangles = (triangle_bytes() - 6) * scene.triangles.len() as u64;
-    let fixed = extent.bytes + extent.units * extent.per_unit * traced + occluders.copied_bytes() + triangles;
+    let surfaces = if args.occluders.has_surfaces() { SURFACE_BYTES } else { 0 };
+    let fixed = surfaces
+        + extent.bytes
+        + extent.units * extent.per_unit * traced
+        + occluders.copied_bytes()
+        + triangles;
     let limit = common.max_memory.or_else(available_bytes).unwrap_or(u64::MAX);
     let left = limit.saturating_sub(fixed + 6 * scene.triangles.len() as u64);
     let left = if common.max_memory.is_some() { left } else { left.min(PIECE_BYTES) };
@@ -150,14 +180,14 @@ fn warn(source: &Source<'_>, common: &Common) {
 }
 
 /// Bakes piece by piece, as often as the options say.
-pub(crate) fn run(
+pub(crate) fn run<'a>(
     bake: &Bake,
-    (source, triangles): (&Source<'_>, &Triangles<'_>),
+    (source, occluders): (&Source<'_>, impl Into<BakeOccluders<'a>>),
     (piece, with_bent): (usize, bool),
     common: &Common,
     times: &mut Times,
 ) -> Result<Results, Error> {
-    let options = common.options();
+    let (options, occluders) = (common.options(), occluders.into());
     let count = source.units();
     let what = if matches!(source, Source::Texels(..)) { "rows" } else { source.name() };
     let progress = progress(u32::try_from(count).unwrap_or(u32::MAX), what, common);
@@ -173,7 +203,7 @@ pub(crate) fn run(
         for first in (0..count).step_by(piece) {
             let end = count.min(first + piece);
             let (receivers, texels) = timed(&mut receivers_milliseconds, || source.piece(first, end));
-            let baked = timed(&mut milliseconds, || bake.run(triangles, &receivers, &mut frame, &options))?;
+            let baked = timed(&mut milliseconds, || bake.run(occluders, &receivers, &mut frame, &options))?;
             found.take(&receivers, &texels, baked);
             progress.set_position(end as u64);
         }

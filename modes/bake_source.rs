@@ -1,7 +1,7 @@
 //! What `umbel bake` bakes, in units that can be cut into pieces: vertices, points, or rows of texels.
 
 use umbel::{
-    Atlas, AtlasOptions, Bake, BakeReceivers, Baked, Error, Scene, Stats, TexelImage, TexelReceiver,
+    Aabb, Atlas, AtlasOptions, Bake, BakeReceivers, Baked, Error, Scene, Stats, TexelImage, TexelReceiver,
     TracedRay, Triangles, VertexReceivers, read_points,
 };
 
@@ -99,6 +99,16 @@ impl<'a> Source<'a> {
             }
             Target::Texels(options) => Self::Texels(Atlas::new(scene, &options)?, scene.geometry()?),
         })
+    }
+
+    /// The box of points that may lie anywhere; empty for what lies on the scene.
+    pub(crate) fn points_bounds(&self) -> Aabb {
+        match self {
+            Self::Points(points) => {
+                Aabb::of_points(points.hemispheres.iter().map(|found| found.receiver.point))
+            }
+            _ => Aabb::EMPTY,
+        }
     }
 
     /// What it is called.

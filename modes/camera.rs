@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 use umbel_core::{Aabb, Film, GridFilm, Origin, Pencil};
 
 use crate::Error;
-use crate::hammersley::hammersley;
+use crate::hammersley::{hammersley, jittered};
 
 /// Subpixels per pixel side for supersampling: offsets are whole numbers of 1/(2·SUBPIXELS) pixel.
 const SUBPIXELS: u32 = 128;
@@ -167,8 +167,15 @@ impl Camera {
         if passes == 1 {
             return self.shot();
         }
-        let offset = |x: f64| ((2.0 * x - 1.0) * f64::from(SUBPIXELS)).round_ties_even() as i32;
         self.shot_at(hammersley(pass, passes).map(offset))
+    }
+
+    /// The rays of pass `pass` of `passes` through pixels at sub-positions that a seed has jittered.
+    ///
+    /// # Errors
+    /// As [`Camera::shot`].
+    pub fn jittered_shot(&self, pass: u32, passes: u32, seed: u64) -> Result<Shot, Error> {
+        self.shot_at(jittered(pass, passes, seed).map(offset))
     }
 
     /// The rays, moved by `offset`/(2·SUBPIXELS) pixels to the right and up.
@@ -311,4 +318,10 @@ pub(crate) fn on_origin_grid(point: DVec3) -> DVec3 {
         if x.abs() < limit { (x / grid).round_ties_even() * grid } else { x }
     };
     DVec3::from_array(point.to_array().map(nearest))
+}
+
+/// A place in a pixel, in [0, 1], in half sub-pixels from its middle.
+fn offset(place: f64) -> i32 {
+    // In range: the cast is of at most ±SUBPIXELS.
+    ((2.0 * place - 1.0) * f64::from(SUBPIXELS)).round_ties_even() as i32
 }

@@ -114,6 +114,17 @@ impl CameraArgs {
         self.framing(scene)
     }
 
+    /// The same for a box, with a curated view or none, where an ortho picture shows so many world units.
+    pub(crate) fn framing_beside_cube(
+        &self,
+        bounds: &Aabb,
+        view: Option<BuiltinView>,
+        film_height: Option<f64>,
+    ) -> Result<Camera, Error> {
+        self.view.refuse_useless_beside_cube(self.lens)?;
+        self.framing_of(bounds, view, film_height)
+    }
+
     /// The camera with what was given, and what suits the scene for the rest.
     fn framing(&self, scene: &Scene) -> Result<Camera, Error> {
         if self.height.is_some() && self.lens != LensArg::Ortho {
@@ -162,11 +173,11 @@ impl CameraArgs {
         self.lens == LensArg::Cube
     }
 
-    /// Whether anything but `--cube-size` was given.
-    pub(crate) fn is_given(&self) -> bool {
+    /// Whether anything but `--cube-size` was given, and but `--height` where that is a displacement's.
+    pub(crate) fn is_given(&self, displaced: bool) -> bool {
         let ViewArgs { target, up, fov, size, .. } = &self.view;
         let vectors = [&self.eye, target, up].into_iter().any(Option::is_some);
-        let numbers = fov.is_some() || self.height.is_some() || size.is_some();
+        let numbers = fov.is_some() || (self.height.is_some() && !displaced) || size.is_some();
         vectors || numbers || self.lens != LensArg::Pinhole
     }
 }

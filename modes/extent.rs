@@ -86,12 +86,16 @@ impl Extent {
 /// The greatest f32 that is not above x; numbers beyond the range of f32 become its ends.
 fn floor_f32(x: f64) -> f32 {
     let nearest = to_f32(x);
-    if f64::from(nearest) > x { nearest.next_down().max(f32::MIN) } else { nearest }
+    let down = nearest.next_down();
+    let down = if down > f32::MIN { down } else { f32::MIN };
+    if f64::from(nearest) > x { down } else { nearest }
 }
 
 /// The nearest f32; numbers beyond its range become its ends, and −0 becomes 0, so that equal points are equal bits.
 fn to_f32(x: f64) -> f32 {
-    (x as f32).clamp(f32::MIN, f32::MAX) + 0.0
+    let near = x as f32;
+    let near = if near > f32::MAX { f32::MAX } else { near };
+    (if near < f32::MIN { f32::MIN } else { near }) + 0.0
 }
 
 /// A point as the engine takes it.

@@ -4,18 +4,19 @@
 //! cell's hash gives each blade its place, height, direction, lean and width. A group whose parts are smaller than the distance
 //! between rays is drawn by six blades of its own, wider by the number of cells they stand for along a side.
 //!
-//! A blade is a quadratic curve with the points B_0, B_1, B_2 and a width that shrinks to 0 at the tip: p(u, v) = b(v) +
-//! (2u − 1)·(1 − v²)·s with half of the width in s. The head of an umbel is a dome over a disc: (a, b) = (2u − 1, 2v − 1) goes to
-//! (a·√(1 − b²/2), b·√(1 − a²/2)), at the height 1 − (a² + b²)/2.
+//! See `blades.rs` for what stands there.
 //!
 //! Based on: William Reeves and Ricki Blau, "Approximate and Probabilistic Algorithms for Shading and Rendering Structured Particle
 //! Systems", 1985; Robert Cook, John Halstead, Maxwell Planck and David Ryu, "Stochastic Simplification of Aggregate Detail", 2007.
 
+use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 use umbel_core::{Aabb, Domain, OnDemand};
 
+use crate::blades::{Blade, head_extent, on_head};
 use crate::extent::{Extent, rounded};
-use crate::plane_noise::{PlaneNoise, Rectangle};
+use crate::plane_noise::{Cursor, PlaneNoise, Rectangle};
+use crate::point_lanes::{LANES, LaneMap, Lanes, PointLanes, map_points};
 use crate::sample_sets::{mix, uniform};
 
 /// Levels of the quadtree above its cells: 2¹² cells to each side.
@@ -80,12 +81,6 @@ pub enum FieldObject {
     },
     /// A patch of the ground.
     Ground(u32),
-}
-
-/// A blade: points of its curve, and half of its width.
-struct Blade {
-    spine: [DVec3; 3],
-    half_width: DVec3,
 }
 
 impl Field {
@@ -161,18 +156,31 @@ fn root(level: u32, place: [u32; 2], [x, z]: [f64; 2]) -> [f64; 2] {
     [xs[0] + (xs[1] - xs[0]) * x, zs[0] + (zs[1] - zs[0]) * z]
 }
 
-/// The heights of the ground at the roots of some blades of a square: they mostly share the cells of the noise.
-fn grounds(
-    level: u32,
-    place: [u32; 2],
-    indices: impl Iterator<Item = u32>,
-) -> impl Iterator<Item = (u32, u64)> {
-    let mut noise = NOISE.cursor::<{ HILLS.0 }>();
-    indices.map(move |index| {
-        let root = root(level, place, numbers(level, place, index));
-        let [height, _] = hills(|octave| [noise.at(octave, root); 2]);
-        (index, height.to_bits())
-    })
+/// The heights of the ground at the roots of the first blades of a square, as bits.
+fn grounds(level: u32, square: [u32; 2]) -> [u64; LANES] {
+    // In range: there are fewer things in a square than lanes.
+    let roots: [[f64; 2]; LANES] =
+        std::array::from_fn(|index| root(level, square, numbers(level, square, index as u32)));
+    let places = [roots.map(|[x, _]| x), roots.map(|[_, z]| z)];
+    dispatch!(Level::new(), simd => heights(simd, places)).map(f64::to_bits)
+}
+
+/// The heights of the ground at eight places.
+#[inline(always)]
+fn heights<S: Simd>(simd: S, [x, z]: [[f64; LANES]; 2]) -> [f64; LANES] {
+    let place = [Lanes::load_array(simd, x), Lanes::load_array(simd, z)];
+    *hills_lanes(simd, &mut NOISE.cursor(), place).as_array()
+}
+
+/// `hills` at eight places.
+#[inline(always)]
+fn hills_lanes<S: Simd>(simd: S, noise: &mut Cursor<{ HILLS.0 }>, place: [Lanes<S>; 2]) -> Lanes<S> {
+    let (mut sum, mut amplitude, mut apart) = (Lanes::splat(simd, 0.0), HILLS.1, false);
+    for k in 0..HILLS.0 as u32 {
+        sum += noise.lanes(simd, k, place, &mut apart) * amplitude;
+        amplitude *= 0.4;
+    }
+    sum
 }
 
 /// A blade, or the stalk of an umbel.
@@ -192,27 +200,20 @@ fn blade(level: u32, place: [u32; 2], index: u32, ground: u64) -> Blade {
     Blade { spine, half_width: DVec3::new(-sin, 0.0, cos) * width.min(0.1) }
 }
 
-impl Blade {
-    /// The curve at v.
-    fn curve(&self, v: f64) -> DVec3 {
-        let s = 1.0 - v;
-        self.spine[0] * (s * s) + self.spine[1] * (2.0 * s * v) + self.spine[2] * (v * v)
-    }
+/// A patch of the ground, to be asked for points.
+struct Ground {
+    patch: u32,
+    noise: Cursor<{ HILLS.0 }>,
+}
 
-    fn at(&self, [u, v]: [f64; 2]) -> DVec3 {
-        self.curve(v) + self.half_width * ((2.0 * u - 1.0) * (1.0 - v * v))
-    }
-
-    /// A box around a part: around the points of its curve, and of what lies beside.
-    fn extent(&self, Domain { u, v }: Domain) -> Extent {
-        let [a, b] = v;
-        let (s, t) = (1.0 - a, 1.0 - b);
-        let middle = self.spine[0] * (s * t) + self.spine[1] * (a * t + b * s) + self.spine[2] * (a * b);
-        let curve = Extent::of([self.curve(a), middle, self.curve(b)]);
-        let ends = u.map(|u| 2.0 * u - 1.0);
-        let beside = ends.iter().flat_map(|end| v.map(|v| self.half_width * (end * (1.0 - v * v))));
-        let all = curve.plus(Extent::of(beside));
-        all.with_slack(all.reach())
+impl LaneMap for Ground {
+    #[inline(always)]
+    fn points<S: Simd>(&mut self, simd: S, [u, v]: [Lanes<S>; 2]) -> PointLanes<S> {
+        // The steps of `on_ground`.
+        let side = 2.0 * HALF_SIDE / f64::from(GROUND);
+        let (column, row) = (f64::from(self.patch % GROUND), f64::from(self.patch / GROUND));
+        let (x, z) = ((u + column) * side - HALF_SIDE, HALF_SIDE - (v + row) * side);
+        [x, hills_lanes(simd, &mut self.noise, [x, z]), z]
     }
 }
 
@@ -220,35 +221,6 @@ impl Blade {
 fn head(level: u32, place: [u32; 2], ground: u64) -> (DVec3, f64) {
     let [size] = numbers(level, place, BLADES + 2);
     (blade(level, place, BLADES, ground).spine[2], 0.1 + 0.08 * size)
-}
-
-/// A point of a head.
-fn on_head((middle, radius): (DVec3, f64), [u, v]: [f64; 2]) -> DVec3 {
-    let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
-    let up = 0.35 * (1.0 - (a * a + b * b) * 0.5);
-    let disc = DVec3::new(a * (1.0 - b * b * 0.5).sqrt(), up, -b * (1.0 - a * a * 0.5).sqrt());
-    middle + disc * radius
-}
-
-/// A box around a part of a head.
-fn head_extent((middle, radius): (DVec3, f64), domain: Domain) -> Extent {
-    let [a, b] = [domain.u, domain.v].map(|t| t.map(|t| 2.0 * t - 1.0));
-    let squares = |[lo, hi]: [f64; 2]| {
-        let least = if lo <= 0.0 && hi >= 0.0 { 0.0 } else { (lo * lo).min(hi * hi) };
-        [least, (lo * lo).max(hi * hi)]
-    };
-    let (aa, bb) = (squares(a), squares(b));
-    let across = |[lo, hi]: [f64; 2], other: [f64; 2]| {
-        let roots = other.map(|square| (1.0 - square * 0.5).sqrt());
-        let ends = [lo * roots[0], lo * roots[1], hi * roots[0], hi * roots[1]];
-        [ends.into_iter().fold(f64::INFINITY, f64::min), ends.into_iter().fold(f64::NEG_INFINITY, f64::max)]
-    };
-    let (x, z) = (across(a, bb), across(b, aa));
-    let up = |k: usize| 0.35 * (1.0 - (aa[k] + bb[k]) * 0.5);
-    let disc =
-        Extent { lo: DVec3::new(x[0], up(1), -z[1]) * radius, hi: DVec3::new(x[1], up(0), -z[0]) * radius };
-    let all = disc.plus(Extent { lo: middle, hi: middle });
-    all.with_slack(all.reach())
 }
 
 /// A place on the ground: exact, so that patches meet. v runs against z.
@@ -308,7 +280,8 @@ impl OnDemand for Field {
             return true;
         }
         let stalks = u32::from(has_umbel(level, place));
-        for (index, ground) in grounds(level, place, 0..BLADES + stalks) {
+        let grounds = grounds(level, place);
+        for (index, ground) in (0..BLADES + stalks).zip(grounds) {
             parts.push(FieldObject::Blade { level, place, index, ground });
             if index == BLADES {
                 parts.push(FieldObject::Head { level, place, ground });
@@ -321,20 +294,14 @@ impl OnDemand for Field {
         match *patch {
             FieldObject::Cells { .. } => {}
             FieldObject::Blade { level, place, index, ground } => {
-                let blade = blade(level, place, index, ground);
-                points.extend(parameters.iter().map(|&at| rounded(blade.at(at))));
+                map_points(&mut blade(level, place, index, ground), parameters, points);
             }
             FieldObject::Head { level, place, ground } => {
                 let head = head(level, place, ground);
                 points.extend(parameters.iter().map(|&at| rounded(on_head(head, at))));
             }
             FieldObject::Ground(patch) => {
-                let mut noise = NOISE.cursor::<{ HILLS.0 }>();
-                points.extend(parameters.iter().map(|&at| {
-                    let [x, z] = on_ground(patch, at);
-                    let [y, _] = hills(|octave| [noise.at(octave, [x, z]); 2]);
-                    rounded(DVec3::new(x, y, z))
-                }));
+                map_points(&mut Ground { patch, noise: NOISE.cursor() }, parameters, points);
             }
         }
     }

@@ -11,9 +11,10 @@
 use std::path::Path;
 
 use crate::Error;
+use crate::exr_file::{Samples, read_exr};
 use crate::png_file::read_png_gray16;
 
-/// Heights from 0 (black) to 1 (white), linear in the numbers of the file.
+/// Heights, of a PNG from 0 (black) to 1 (white), linear in the numbers of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeightMap {
     /// The levels of the pyramid; the least and the greatest are equal on level 0.
@@ -50,15 +51,47 @@ impl HeightMap {
         Self { levels }
     }
 
-    /// Reads a PNG of any depth. Colours become their luminance.
+    /// Reads a PNG of any depth, whose colours become their luminance, or the heights of an EXR as they are: its channel Y, else
+    /// R, else the only one.
     ///
     /// # Errors
-    /// [`Error::Input`] when there is no such file, or it is cut off or no PNG.
+    /// [`Error::Input`] when there is no such file, it is cut off or neither of both, or an EXR has no such channel or a height
+    /// that is not finite.
     pub fn read(path: &Path) -> Result<Self, Error> {
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr")) {
+            return Self::read_exr(path);
+        }
         let (width, _, levels) = read_png_gray16(path)?;
         let heights: Vec<f32> =
             levels.into_iter().map(|level| f32::from(level) / f32::from(u16::MAX)).collect();
         Ok(Self::new(width as usize, &heights))
+    }
+
+    fn read_exr(path: &Path) -> Result<Self, Error> {
+        let refused = |problem: String, remedy: &str| Error::Input {
+            path: path.to_owned(),
+            line: None,
+            problem,
+            remedy: remedy.into(),
+        };
+        let (width, _, mut channels) = read_exr(path)?;
+        let named = |name: &str| channels.iter().position(|channel| channel.name == name);
+        let place = named("Y").or_else(|| named("R")).or((channels.len() == 1).then_some(0));
+        let Some(place) = place else {
+            let names: Vec<&str> = channels.iter().map(|channel| channel.name.as_str()).collect();
+            let problem = format!("no channel Y or R is among {}", names.join(", "));
+            return Err(refused(problem, "name the channel of heights Y, or write it alone"));
+        };
+        let heights = match channels.swap_remove(place).samples {
+            Samples::F32(heights) => heights,
+            Samples::U32(heights) => heights.into_iter().map(|height| height as f32).collect(),
+        };
+        if let Some(texel) = heights.iter().position(|height| !height.is_finite()) {
+            let (x, y) = (texel % width, texel / width);
+            let problem = format!("the height at column {x} of row {y} is {}", heights[texel]);
+            return Err(refused(problem, "write finite heights"));
+        }
+        Ok(Self::new(width, &heights))
     }
 
     /// The height at (u, v), v running down from row 0.

@@ -7,10 +7,10 @@
 //! Based on: Johann Heinrich Lambert, "Photometria", 1760 (the cosine law).
 
 use glam::DVec3;
-use umbel_core::{Frame, Hits, Options, Origin, Ray, Triangles};
+use umbel_core::{Frame, Hits, Options, Origin, Ray, Receiver, Triangles};
 
-use crate::Error;
 use crate::shadow::receivers_of;
+use crate::{Error, Receivers};
 
 /// The light of all lamps together: warm.
 const LAMP: [f64; 3] = [0.80, 0.75, 0.68];
@@ -35,11 +35,23 @@ impl<'a> Lamps<'a> {
         if lights.is_empty() {
             return Ok(Self { lights, seen: Vec::new() });
         }
-        let receivers = receivers_of(triangles, ray, hits, lights)?;
+        let of_ray = |ray: usize| hits.get(ray).map(|hit| hit.id);
+        let receivers = receivers_of(triangles, ray, (hits.len(), &of_ray), lights)?;
+        Self::of((lights, receivers), hits.len(), |light, points| {
+            Ok(frame.shadowed(triangles, light, points, options)?.0)
+        })
+    }
+
+    /// Lights with the receivers of each among the hits of so many rays; `shadowed` tells which are in shadow.
+    pub(crate) fn of(
+        (lights, receivers): (&'a [Origin], Vec<Receivers>),
+        rays: usize,
+        mut shadowed: impl FnMut(Origin, &[Receiver]) -> Result<Vec<bool>, Error>,
+    ) -> Result<Self, Error> {
         let mut seen = Vec::new();
         for (&light, receivers) in lights.iter().zip(receivers) {
-            let (shadowed, _) = frame.shadowed(triangles, light, &receivers.points, options)?;
-            let mut of_rays = vec![false; hits.len()];
+            let shadowed = shadowed(light, &receivers.points)?;
+            let mut of_rays = vec![false; rays];
             for (ray, shadowed) in receivers.rays.into_iter().zip(shadowed) {
                 of_rays[ray as usize] = !shadowed;
             }

@@ -21,26 +21,29 @@
 //! ```
 
 pub use umbel_core::{
-    Aabb, Above, Accuracy, Cone, DicedTriangles, Dicing, Domain, Film, Frame, Frustum, GridFilm, Grouping,
-    Hemisphere, Hit, Hits, Isa, NO_TRIANGLE, Occlusion, OnDemand, OpenRays, Options, Origin, Partition, Path,
-    Pencil, Ray, RaySample, RaySamples, Rays, Receiver, Segment, Side, Stats, SurfaceHits, TileStats,
-    TriangleId, Triangles, any_hit, blocked, closest_hit, closest_hit_on_demand, dice_all, glam, open_rays,
-    shadowed,
+    Aabb, Above, Accuracy, Around, Cone, DicedTriangles, Dicing, Domain, Film, Frame, Frustum, GridFilm,
+    Grouping, Hemisphere, Hit, Hits, Isa, NO_TRIANGLE, Occlusion, OnDemand, OpenRays, Options, Origin,
+    Partition, Path, Pencil, Ray, RaySample, RaySamples, Rays, Receiver, Segment, Side, Stats, SurfaceHits,
+    TileStats, TriangleId, Triangles, any_hit, blocked, closest_hit, closest_hit_on_demand, dice_all, glam,
+    open_rays, open_rays_on_demand, shadowed, shadowed_on_demand,
 };
 
 mod ambient;
 mod atlas;
 mod atlas_block;
 mod bake;
+mod bake_occluders;
 mod bake_options;
 mod bezier;
 mod bicubic;
+mod blades;
 mod bounce;
 mod bpt;
 mod builtin;
 mod cage;
 mod cage_builder;
 mod camera;
+mod casters;
 mod charts;
 #[cfg(feature = "obj")]
 mod clip_ring;
@@ -111,6 +114,8 @@ mod obj;
 #[cfg(feature = "obj")]
 mod obj_source;
 #[cfg(feature = "obj")]
+mod obj_tags;
+#[cfg(feature = "obj")]
 mod obj_text;
 mod occluders;
 mod optics;
@@ -169,9 +174,10 @@ pub use bounce::Followed;
 pub use optics::Optics;
 pub use spawn::{Bounces, Spawned};
 
+pub use casters::Casters;
 pub use cube_lookup::CubeMap;
 pub use cube_samples::cube_answers;
-pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil};
+pub use light_map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil, surface_distances};
 pub use map_compare::{MapErrors, compare_maps};
 pub use shadow::{MaskCounts, Receivers, point_light, receivers, shadow_masks, sun_light};
 
@@ -183,14 +189,15 @@ pub use field::{Field, FieldObject};
 pub use height_map::HeightMap;
 pub use noise::Noise;
 pub use patch_tree::Node;
-pub use reyes::{SurfaceBuffer, surface_preview, surface_visibility};
+pub use reyes::{SurfaceBuffer, SurfaceLook, surface_preview, surface_visibility};
 pub use subdivision::{Creases, SubdivisionSurface};
-pub use surface_scene::{SurfaceOptions, SurfaceScene, load_surfaces, surface_view};
+pub use surface_scene::{SurfaceOptions, SurfaceScene, load_surfaces, names_surfaces, surface_view};
 pub use surfaces::{SurfaceObject, Surfaces};
 pub use terrain::Terrain;
 
 pub use atlas::{Atlas, AtlasOptions, TexelReceiver};
 pub use bake::{Bake, BakeReceivers, Baked, TracedRay};
+pub use bake_occluders::{BakeOccluders, rays_around};
 pub use bake_options::{BakeOptions, Polarity};
 pub use occluders::Occluders;
 pub use point_receivers::read_points;

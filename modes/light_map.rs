@@ -12,7 +12,9 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use umbel_core::{Aabb, Film, Frame, GridFilm, Hits, Options, Origin, Pencil, Stats, Triangles};
+use umbel_core::{
+    Aabb, Film, Frame, GridFilm, Hits, Options, Origin, Pencil, Ray, Stats, SurfaceHits, Triangles,
+};
 
 use crate::camera::{CUBE_FACES, Camera, Lens, unit};
 use crate::primary::distance;
@@ -59,6 +61,21 @@ pub fn distances(triangles: &Triangles<'_>, pencil: &Pencil, hits: &Hits) -> Vec
     let of_ray =
         |k: usize| hits.get(k).map_or(f32::INFINITY, |hit| distance(triangles, &pencil.ray(k), &hit));
     (0..hits.len()).into_par_iter().map(of_ray).collect()
+}
+
+/// The same for surfaces on demand.
+#[must_use]
+pub fn surface_distances(pencil: &Pencil, hits: &SurfaceHits) -> Vec<f32> {
+    let of_ray = |k: usize| match hits.ts()[k] {
+        t if t < f32::INFINITY => surface_distance(&pencil.ray(k), t),
+        miss => miss,
+    };
+    (0..hits.len()).into_par_iter().map(of_ray).collect()
+}
+
+/// The Euclidean distance at t of a ray, finite.
+pub(crate) fn surface_distance(ray: &Ray, t: f32) -> f32 {
+    (ray.direction.length() * f64::from(t)).min(f64::from(f32::MAX)) as f32
 }
 
 /// The matrix of each face, row by row, in the order +X −X +Y −Y +Z −Z: it takes (x, y, 1) to a direction in the world.

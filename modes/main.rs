@@ -29,6 +29,8 @@ mod shadow_args;
 mod shadow_command;
 mod shadow_dial;
 mod shadow_files;
+mod shadow_report;
+mod shadow_scene;
 mod trade_args;
 mod trade_command;
 mod trade_html;

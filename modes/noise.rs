@@ -12,13 +12,15 @@
 //! Based on: Ken Perlin, "An Image Synthesizer", 1985 and "Improving Noise", 2002 (lattices, hashes, w); Wolfgang Heidrich, Philipp
 //! Slusallek and Hans-Peter Seidel, "Sampling Procedural Shaders Using Affine Arithmetic", 1998 (ranges of procedures over boxes).
 
-use fearless_simd::{Level, dispatch, prelude::*};
+use fearless_simd::{Level, dispatch, prelude::*, u64x8};
 use glam::DVec3;
 
 use crate::extent::Extent;
-use crate::noise_lanes::{Cell, common, lerp, sides, values as lattice_lanes, weight as weight_lanes};
+use crate::noise_lanes::{
+    Cell, UNIT, common, corner_sums, first_sum, lerp, sides, values as lattice_lanes, weight as weight_lanes,
+};
 use crate::point_lanes::{Lanes, PointLanes};
-use crate::sample_sets::{mix, uniform};
+use crate::sample_sets::mix;
 
 /// Room for the rounding of one octave, whose values are sums of eight products of weights and numbers below 1.
 pub(crate) const ROUNDING: f64 = 1e-13;
@@ -28,6 +30,9 @@ const SHIFT: DVec3 = DVec3::new(0.387_219_6, 0.713_628_1, 0.291_770_3);
 
 /// What coordinates of lattice points are multiplied with before they are hashed.
 const FACTORS: [u64; 3] = [0x9e37_79b9_7f4a_7c15, 0xc2b2_ae3d_27d4_eb4f, 0x1656_67b1_9e37_79f9];
+
+/// What corners add to the hash of their cell.
+const CORNER_SUMS: [u64; 8] = corner_sums(FACTORS);
 
 /// Octaves whose cells are kept.
 const MOST_OCTAVES: u32 = 12;
@@ -65,16 +70,19 @@ impl Noise {
     #[inline(always)]
     pub(crate) fn lanes<S: Simd>(&self, simd: S, point: PointLanes<S>, cells: &mut Cells) -> Lanes<S> {
         let (mut sum, mut amplitude, mut total) = (Lanes::splat(simd, 0.0), 1.0, 0.0);
+        // Points that an octave has apart are apart in finer ones, too, as good as always: then nobody asks.
+        let mut apart = false;
         for k in 0..self.octaves {
-            let cell = cells.get_mut(k as usize);
-            sum += self.octave_lanes(simd, k, point, cell) * amplitude;
+            let cell = cells.get_mut(k as usize).filter(|_| !apart);
+            let (octave, together) = self.octave_lanes(simd, k, point, cell);
+            (sum, apart) = (sum + octave * amplitude, !together);
             total += amplitude;
             amplitude *= self.gain;
         }
         sum / total
     }
 
-    /// One octave at eight points.
+    /// One octave at eight points, and whether they share a cell, as far as that was asked.
     #[inline(always)]
     fn octave_lanes<S: Simd>(
         &self,
@@ -82,7 +90,7 @@ impl Noise {
         octave: u32,
         point: PointLanes<S>,
         known: Option<&mut Cell<3, 8>>,
-    ) -> Lanes<S> {
+    ) -> (Lanes<S>, bool) {
         let (scale, shift) = (self.scale(octave), SHIFT * f64::from(octave));
         let mut cell = point;
         let mut w = point;
@@ -92,46 +100,64 @@ impl Noise {
             w[k] = weight_lanes(place - cell[k]);
         }
         let mut values = [w[0]; 8];
-        match (common(&cell), known) {
-            (Some(place), Some(known)) => {
-                let corners = known.known(place, || self.values(octave, DVec3::from_array(place)));
-                for (values, &corner) in values.iter_mut().zip(corners) {
-                    *values = Lanes::splat(simd, corner);
-                }
+        let place = if known.is_some() { common(&cell) } else { None };
+        if let (Some(place), Some(known)) = (place, known) {
+            if !known.is(place) {
+                *known = Cell::of(place, self.corner_values(simd, octave, place));
             }
-            _ => {
-                let [x, y, z] =
-                    [sides(cell[0], FACTORS[0]), sides(cell[1], FACTORS[1]), sides(cell[2], FACTORS[2])];
-                let key = self.key(octave);
-                for (k, values) in values.iter_mut().enumerate() {
-                    *values = lattice_lanes(x[k & 1] + y[k >> 1 & 1] + z[k >> 2] + key);
-                }
+            for (values, &corner) in values.iter_mut().zip(known.values()) {
+                *values = Lanes::splat(simd, corner);
+            }
+        } else {
+            let [x, y, z] =
+                [sides(cell[0], FACTORS[0]), sides(cell[1], FACTORS[1]), sides(cell[2], FACTORS[2])];
+            let key = first_sum(self.key(octave));
+            let z = [z[0] + key, z[1] + key];
+            let yz = [y[0] + z[0], y[1] + z[0], y[0] + z[1], y[1] + z[1]];
+            for (k, values) in values.iter_mut().enumerate() {
+                *values = lattice_lanes(x[k & 1] + yz[k >> 1]);
             }
         }
-        blend_lanes(values, w)
+        (blend_lanes(values, w) * UNIT, place.is_some())
+    }
+
+    /// The values at the corners of a cell, in units.
+    #[inline(always)]
+    fn corner_values<S: Simd>(&self, simd: S, octave: u32, [x, y, z]: [f64; 3]) -> [f64; 8] {
+        // The casts saturate.
+        let place = (x as i64 as u64)
+            .wrapping_mul(FACTORS[0])
+            .wrapping_add((y as i64 as u64).wrapping_mul(FACTORS[1]))
+            .wrapping_add((z as i64 as u64).wrapping_mul(FACTORS[2]));
+        let first = place.wrapping_add(first_sum(self.key(octave)));
+        *lattice_lanes(u64x8::load_array(simd, CORNER_SUMS) + first).as_array()
     }
 
     /// The noise at a point, in [0, 1].
     #[must_use]
     pub fn at(&self, point: DVec3) -> f64 {
-        self.sum(|octave| {
-            let value = self.octave(octave, self.on_lattice(octave, point));
-            [value, value]
-        })[0]
+        let (mut sum, mut amplitude, mut total) = (0.0, 1.0, 0.0);
+        for k in 0..self.octaves {
+            sum += self.octave(k, self.on_lattice(k, point)) * amplitude;
+            total += amplitude;
+            amplitude *= self.gain;
+        }
+        sum / total
     }
 
     /// A range that holds the noise at all points of a box, and little else where the box is smaller than a cell.
     pub(crate) fn range(&self, extent: &Extent) -> [f64; 2] {
-        let [lo, hi] = self.sum(|octave| self.octave_range(octave, extent));
+        let [lo, hi] = dispatch!(Level::new(), simd => self.range_lanes(simd, extent));
         [(lo - ROUNDING).max(0.0), (hi + ROUNDING).min(1.0)]
     }
 
-    /// The weighted mean of the octaves, each with a least and a greatest value.
-    fn sum(&self, octave: impl Fn(u32) -> [f64; 2]) -> [f64; 2] {
+    /// The weighted mean of the ranges of the octaves.
+    #[inline(always)]
+    fn range_lanes<S: Simd>(&self, simd: S, extent: &Extent) -> [f64; 2] {
         let (mut sum, mut amplitude, mut total) = ([0.0; 2], 1.0, 0.0);
         for k in 0..self.octaves {
-            let value = octave(k);
-            sum = [sum[0] + value[0] * amplitude, sum[1] + value[1] * amplitude];
+            let [lo, hi] = self.octave_range(simd, k, extent);
+            sum = [sum[0] + lo * amplitude, sum[1] + hi * amplitude];
             total += amplitude;
             amplitude *= self.gain;
         }
@@ -156,18 +182,24 @@ impl Noise {
     /// One octave at a point of its lattice.
     fn octave(&self, octave: u32, place: DVec3) -> f64 {
         let cell = place.floor();
-        blend(&self.values(octave, cell), place - cell)
+        blend(&self.values(octave, cell), place - cell) * UNIT
     }
 
-    /// The values at the corners of a cell.
+    /// The values at the corners of a cell, in units.
     fn values(&self, octave: u32, cell: DVec3) -> [f64; 8] {
-        let key = self.key(octave);
-        let side = |corner: usize, axis: usize| f64::from((corner >> axis & 1) as u32);
-        std::array::from_fn(|k| lattice(key, cell + DVec3::new(side(k, 0), side(k, 1), side(k, 2))))
+        // The casts saturate.
+        let [x, y, z] = cell.to_array().map(|x| x as i64 as u64);
+        let sum = x
+            .wrapping_mul(FACTORS[0])
+            .wrapping_add(y.wrapping_mul(FACTORS[1]))
+            .wrapping_add(z.wrapping_mul(FACTORS[2]));
+        let first = self.key(octave).wrapping_add(sum);
+        CORNER_SUMS.map(|corner| (mix(first.wrapping_add(corner)) >> 11) as f64)
     }
 
     /// The range of one octave over a box.
-    fn octave_range(&self, octave: u32, extent: &Extent) -> [f64; 2] {
+    #[inline(always)]
+    fn octave_range<S: Simd>(&self, simd: S, octave: u32, extent: &Extent) -> [f64; 2] {
         let (lo, hi) = (self.on_lattice(octave, extent.lo), self.on_lattice(octave, extent.hi));
         let (first, last) = (lo.floor(), hi.floor());
         // NaN, from a box without end, is no number of cells.
@@ -175,26 +207,30 @@ impl Noise {
         if !few {
             return [0.0, 1.0];
         }
-        let mut range = [1.0_f64, 0.0_f64];
-        let cells = |k: usize| [first[k], last[k]].into_iter().take(if first[k] == last[k] { 1 } else { 2 });
-        for z in cells(2) {
-            for y in cells(1) {
-                for x in cells(0) {
-                    let cell = DVec3::new(x, y, z);
-                    let (from, to) = (lo.max(cell) - cell, hi.min(cell + 1.0) - cell);
-                    let found = dispatch!(Level::new(), simd => self.corners(simd, octave, cell, [from, to]));
-                    for value in found {
-                        range = [range[0].min(value), range[1].max(value)];
-                    }
-                }
-            }
+        let (mut least, mut greatest) =
+            (Lanes::splat(simd, f64::INFINITY), Lanes::splat(simd, f64::NEG_INFINITY));
+        // One or two along each axis.
+        let [nx, ny, nz] = (last - first).to_array().map(|apart| apart as u32 + 1);
+        for place in 0..nx * ny * nz {
+            let at = [place % nx, place / nx % ny, place / (nx * ny)].map(f64::from);
+            let cell = first + DVec3::from_array(at);
+            let (from, to) = (lo.max(cell) - cell, hi.min(cell + 1.0) - cell);
+            let found = self.corners(simd, octave, cell, [from, to]);
+            (least, greatest) = (least.min(found), greatest.max(found));
+        }
+        let (mut range, least, greatest) = ([1.0_f64, 0.0_f64], least.as_array(), greatest.as_array());
+        for (&least, &greatest) in least.iter().zip(greatest) {
+            range = [
+                if least < range[0] { least } else { range[0] },
+                if greatest > range[1] { greatest } else { range[1] },
+            ];
         }
         [range[0] - ROUNDING, range[1] + ROUNDING]
     }
 
     /// One octave at the corners of a box within a cell.
     #[inline(always)]
-    fn corners<S: Simd>(&self, simd: S, octave: u32, cell: DVec3, [from, to]: [DVec3; 2]) -> [f64; 8] {
+    fn corners<S: Simd>(&self, simd: S, octave: u32, cell: DVec3, [from, to]: [DVec3; 2]) -> Lanes<S> {
         let mut places = [[0.0; 8]; 3];
         for (k, places) in places.iter_mut().enumerate() {
             for (corner, place) in places.iter_mut().enumerate() {
@@ -207,10 +243,10 @@ impl Noise {
             *w = weight_lanes(*w);
         }
         let mut values = [w[0]; 8];
-        for (values, corner) in values.iter_mut().zip(self.values(octave, cell)) {
+        for (values, corner) in values.iter_mut().zip(self.corner_values(simd, octave, cell.to_array())) {
             *values = Lanes::splat(simd, corner);
         }
-        *blend_lanes(values, w).as_array()
+        blend_lanes(values, w) * UNIT
     }
 }
 
@@ -234,15 +270,4 @@ fn blend_lanes<S: Simd>([a, b, c, d, e, f, g, h]: [Lanes<S>; 8], w: [Lanes<S>; 3
 /// The weight of the farther lattice point, from 0 to 1.
 pub(crate) fn weight(t: f64) -> f64 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
-}
-
-/// The value of a lattice point, in [0, 1).
-fn lattice(key: u64, point: DVec3) -> f64 {
-    // The casts saturate.
-    let [x, y, z] = point.to_array().map(|x| x as i64 as u64);
-    let sum = x
-        .wrapping_mul(FACTORS[0])
-        .wrapping_add(y.wrapping_mul(FACTORS[1]))
-        .wrapping_add(z.wrapping_mul(FACTORS[2]));
-    uniform(mix(key.wrapping_add(sum)))
 }

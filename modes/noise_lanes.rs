@@ -3,12 +3,21 @@
 //! Where all eight lie in one cell, as they mostly do for coarse octaves, the values of that cell are kept for the next eight;
 //! else all lanes hash. Both are `noise.rs` and `plane_noise.rs` to the bit.
 //!
+//! Lattice values are kept and interpolated as whole numbers up to 2⁵³, and multiplied with 2⁻⁵³ at the end: a power of two
+//! changes no rounding.
+//!
 //! Based on: Ken Perlin, "An Image Synthesizer", 1985; Guy Steele, Doug Lea and Christine Flood, "Fast Splittable Pseudorandom
 //! Number Generators", 2014 (the hash).
 
 use fearless_simd::{i64x8, prelude::*, u64x8};
 
-use crate::point_lanes::Lanes;
+use crate::point_lanes::{LANES, Lanes};
+
+/// The unit of lattice values.
+pub(crate) const UNIT: f64 = 1.0 / (1_u64 << 53) as f64;
+
+/// The first step of `sample_sets::mix`.
+const MIX_STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// The cell that was used last and the values at its corners, of noise with so many dimensions and corners.
 #[derive(Debug, Clone, Copy)]
@@ -21,16 +30,21 @@ impl<const D: usize, const CORNERS: usize> Cell<D, CORNERS> {
     /// No cell.
     pub(crate) const NONE: Self = Self { place: [f64::NAN; D], values: [0.0; CORNERS] };
 
-    /// The values at the corners of this cell.
+    /// A cell with the values at its corners, in units.
     #[inline(always)]
-    pub(crate) fn known(
-        &mut self,
-        place: [f64; D],
-        values: impl FnOnce() -> [f64; CORNERS],
-    ) -> &[f64; CORNERS] {
-        if self.place != place {
-            *self = Self { place, values: values() };
-        }
+    pub(crate) fn of(place: [f64; D], values: [f64; CORNERS]) -> Self {
+        Self { place, values }
+    }
+
+    /// Whether it is this one.
+    #[inline(always)]
+    pub(crate) fn is(&self, place: [f64; D]) -> bool {
+        self.place == place
+    }
+
+    /// The values at its corners, in units.
+    #[inline(always)]
+    pub(crate) fn values(&self) -> &[f64; CORNERS] {
         &self.values
     }
 }
@@ -52,26 +66,39 @@ pub(crate) fn common<S: Simd, const D: usize>(cells: &[Lanes<S>; D]) -> Option<[
 #[inline(always)]
 pub(crate) fn sides<S: Simd>(cell: Lanes<S>, factor: u64) -> [u64x8<S>; 2] {
     let near: i64x8<S> = cell.to_int_precise();
-    let far: i64x8<S> = (cell + 1.0).to_int_precise();
-    [near.bitcast::<u64x8<S>>() * factor, far.bitcast::<u64x8<S>>() * factor]
+    let near = near.bitcast::<u64x8<S>>() * factor;
+    [near, near + factor]
 }
 
-/// `sample_sets::mix`.
+/// What is added to the hashes with a key.
+pub(crate) const fn first_sum(key: u64) -> u64 {
+    key.wrapping_add(MIX_STEP)
+}
+
+/// What each lane adds for its corner, the bits of its number being the sides along each axis.
+pub(crate) const fn corner_sums<const D: usize>(factors: [u64; D]) -> [u64; LANES] {
+    let (mut sums, mut k) = ([0_u64; LANES], 0);
+    while k < LANES * D {
+        if (k / D) >> (k % D) & 1 == 1 {
+            sums[k / D] = sums[k / D].wrapping_add(factors[k % D]);
+        }
+        k += 1;
+    }
+    sums
+}
+
+/// `sample_sets::mix` after its first step.
 #[inline(always)]
 fn mix<S: Simd>(z: u64x8<S>) -> u64x8<S> {
-    let z = z + 0x9e37_79b9_7f4a_7c15;
     let z = (z ^ (z >> 30)) * 0xbf58_476d_1ce4_e5b9;
     let z = (z ^ (z >> 27)) * 0x94d0_49bb_1331_11eb;
     z ^ (z >> 31)
 }
 
-/// The values of lattice points by what was added for them: in [0, 1).
+/// The values of lattice points by what was added for them, [`first_sum`] included: in units, below 2⁵³.
 #[inline(always)]
 pub(crate) fn values<S: Simd>(sums: u64x8<S>) -> Lanes<S> {
-    let bits = mix(sums) >> 11;
-    let numbers: Lanes<S> = bits.to_float();
-    // A power of two: exact, as the quotient is.
-    numbers * (1.0 / (1_u64 << 53) as f64)
+    (mix(sums) >> 11).to_float()
 }
 
 /// `noise::weight`.

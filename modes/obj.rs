@@ -61,6 +61,7 @@ fn read(path: &Path, options: &ObjOptions) -> Result<Scene, Problem> {
             indices.clear();
         }
     }
+    scene.creases = std::mem::take(&mut source.creases);
     let folder = path.parent().unwrap_or(Path::new(""));
     let looks = read_libraries(folder, &source.libraries, &mut scene.warnings);
     take_objects(&mut scene, &source.parts, &firsts, &looks);

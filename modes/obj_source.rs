@@ -14,7 +14,9 @@
 use std::fmt::Write as _;
 use std::io::{self, BufRead, Read};
 
+use crate::Creases;
 use crate::error::{CORRECT_LINE, Problem};
+use crate::obj_tags::take_tag;
 use crate::obj_text::{Statements, keyword, words};
 use crate::scene::NO_INDEX;
 
@@ -70,6 +72,7 @@ pub(crate) struct Source<'a> {
     pub(crate) faces: usize,
     pub(crate) parts: Vec<Part>,
     pub(crate) libraries: Vec<String>,
+    pub(crate) creases: Creases,
     /// Lines, points and faces with fewer than three corners.
     pub(crate) left_out: u64,
     /// Whether a corner names a texture coordinate or a normal though the file has none at all.
@@ -92,6 +95,7 @@ impl<'a> Source<'a> {
             faces: 0,
             parts: vec![Part::default()],
             libraries: Vec::new(),
+            creases: Creases::default(),
             left_out: 0,
             dangling: [false; 3],
         })
@@ -115,6 +119,7 @@ impl<'a> Source<'a> {
             "vn" => self.numbers(2, rest, 3),
             "f" => self.face(rest)?,
             "l" | "p" => self.left_out += 1,
+            "t" => take_tag(rest, (self.line, self.counts[0]), &mut self.creases)?,
             "o" | "g" => self.part().name = rest.trim_end().to_owned(),
             "usemtl" => self.part().material = rest.trim_end().to_owned(),
             "mtllib" => self.libraries.push(rest.trim_end().to_owned()),

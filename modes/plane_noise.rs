@@ -8,9 +8,11 @@
 use fearless_simd::prelude::*;
 
 use crate::noise::{ROUNDING, weight};
-use crate::noise_lanes::{Cell, common, lerp, sides, values as lattice_lanes, weight as weight_lanes};
+use crate::noise_lanes::{
+    Cell, UNIT, common, corner_sums, first_sum, lerp, sides, values as lattice_lanes, weight as weight_lanes,
+};
 use crate::point_lanes::Lanes;
-use crate::sample_sets::{mix, uniform};
+use crate::sample_sets::mix;
 
 /// A rectangle of the plane: the least and the greatest x, the least and the greatest z.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +41,9 @@ pub(crate) struct Cursor<const OCTAVES: usize> {
 /// What coordinates of lattice points are multiplied with before they are hashed.
 const FACTORS: [u64; 2] = [0xd1b5_4a32_d192_ed03, 0xabc9_8388_fb8f_ac03];
 
+/// What corners add to the hash of their cell.
+const CORNER_SUMS: [u64; 8] = corner_sums(FACTORS);
+
 impl PlaneNoise {
     /// A cursor, in no cell.
     pub(crate) fn cursor<const OCTAVES: usize>(&self) -> Cursor<OCTAVES> {
@@ -60,10 +65,13 @@ impl PlaneNoise {
         mix(self.seed ^ (u64::from(octave) << 56))
     }
 
-    /// The values at the corners of a cell.
+    /// The values at the corners of a cell, in units.
     fn values(&self, octave: u32, [x, z]: [f64; 2]) -> [f64; 4] {
-        let key = self.key(octave);
-        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[dx, dz]| lattice(key, [x + dx, z + dz]))
+        // The casts saturate.
+        let [x, z] = [x, z].map(|x| x as i64 as u64);
+        let sum = x.wrapping_mul(FACTORS[0]).wrapping_add(z.wrapping_mul(FACTORS[1]));
+        let first = self.key(octave).wrapping_add(sum);
+        [0, 1, 2, 3].map(|corner: usize| (mix(first.wrapping_add(CORNER_SUMS[corner])) >> 11) as f64)
     }
 
     /// The range of one octave over a rectangle.
@@ -81,7 +89,7 @@ impl PlaneNoise {
                 let values = self.values(octave, [x, z]);
                 for (px, pz) in [(x0, z0), (x1, z0), (x0, z1), (x1, z1)] {
                     let place = [px.clamp(x, x + 1.0) - x, pz.clamp(z, z + 1.0) - z];
-                    let value = blend(&values, place);
+                    let value = blend(&values, place) * UNIT;
                     range = [range[0].min(value), range[1].max(value)];
                 }
             }
@@ -95,13 +103,30 @@ impl<const OCTAVES: usize> Cursor<OCTAVES> {
     pub(crate) fn at(&mut self, octave: u32, [x, z]: [f64; 2]) -> f64 {
         let place = [self.noise.on_lattice(octave, x), self.noise.on_lattice(octave, z)];
         let cell = place.map(f64::floor);
-        let known = self.cells[octave as usize].known(cell, || self.noise.values(octave, cell));
-        blend(known, [place[0] - cell[0], place[1] - cell[1]])
+        let known = self.known(octave, cell);
+        blend(known, [place[0] - cell[0], place[1] - cell[1]]) * UNIT
     }
 
-    /// One octave at eight points.
+    /// The values at the corners of a cell, in units.
     #[inline(always)]
-    pub(crate) fn lanes<S: Simd>(&mut self, simd: S, octave: u32, point: [Lanes<S>; 2]) -> Lanes<S> {
+    fn known(&mut self, octave: u32, place: [f64; 2]) -> &[f64; 4] {
+        let known = &mut self.cells[octave as usize];
+        if !known.is(place) {
+            *known = Cell::of(place, self.noise.values(octave, place));
+        }
+        known.values()
+    }
+
+    /// One octave at eight points. They are known to lie in several cells where they are `apart`; else that is found out. Points
+    /// that an octave has apart are apart in finer ones, too, as good as always.
+    #[inline(always)]
+    pub(crate) fn lanes<S: Simd>(
+        &mut self,
+        simd: S,
+        octave: u32,
+        point: [Lanes<S>; 2],
+        apart: &mut bool,
+    ) -> Lanes<S> {
         let (scale, shift) = (self.noise.scale(octave), SHIFT * f64::from(octave));
         let (mut cell, mut w) = (point, point);
         for k in 0..2 {
@@ -110,28 +135,22 @@ impl<const OCTAVES: usize> Cursor<OCTAVES> {
             w[k] = weight_lanes(place - cell[k]);
         }
         let mut values = [w[0]; 4];
-        if let Some(place) = common(&cell) {
-            let known = self.cells[octave as usize].known(place, || self.noise.values(octave, place));
-            for (values, &known) in values.iter_mut().zip(known) {
+        let place = if *apart { None } else { common(&cell) };
+        *apart = place.is_none();
+        if let Some(place) = place {
+            for (values, &known) in values.iter_mut().zip(self.known(octave, place)) {
                 *values = Lanes::splat(simd, known);
             }
         } else {
             let [x, z] = [sides(cell[0], FACTORS[0]), sides(cell[1], FACTORS[1])];
-            let key = self.noise.key(octave);
+            let key = first_sum(self.noise.key(octave));
+            let z = [z[0] + key, z[1] + key];
             for (k, values) in values.iter_mut().enumerate() {
-                *values = lattice_lanes(x[k & 1] + z[k >> 1] + key);
+                *values = lattice_lanes(x[k & 1] + z[k >> 1]);
             }
         }
-        lerp(lerp(values[0], values[1], w[0]), lerp(values[2], values[3], w[0]), w[1])
+        lerp(lerp(values[0], values[1], w[0]), lerp(values[2], values[3], w[0]), w[1]) * UNIT
     }
-}
-
-/// The value of a lattice point, in [0, 1).
-fn lattice(key: u64, place: [f64; 2]) -> f64 {
-    // The casts saturate.
-    let [x, z] = place.map(|x| x as i64 as u64);
-    let sum = x.wrapping_mul(FACTORS[0]).wrapping_add(z.wrapping_mul(FACTORS[1]));
-    uniform(mix(key.wrapping_add(sum)))
 }
 
 /// The values at the corners of a cell, interpolated.

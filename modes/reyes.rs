@@ -5,15 +5,21 @@
 //! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987.
 
 use rayon::prelude::*;
-use umbel_core::{Dicing, NO_TRIANGLE, Options, Stats, SurfaceHits, closest_hit_on_demand};
+use umbel_core::{
+    Dicing, NO_TRIANGLE, Options, Origin, Stats, SurfaceHits, TriangleId, Triangles, closest_hit_on_demand,
+    shadowed_on_demand,
+};
 
 use crate::camera::{Camera, Shot};
 use crate::extent::{rounded, widened};
+use crate::lamps::Lamps;
+use crate::light_map::surface_distance;
 use crate::point_cloud::{SeenPoint, seen_points};
 use crate::primary::{Aov, AovData, spread};
 use crate::scene::CLAY;
 use crate::shade::{Appearance, background_of};
-use crate::{Error, SurfaceScene};
+use crate::shadow::receivers_of;
+use crate::{Error, Receivers, SurfaceScene};
 
 /// What each ray of a camera hits of surfaces on demand, with the rays.
 #[derive(Debug)]
@@ -24,6 +30,30 @@ pub struct SurfaceBuffer {
     pub hits: SurfaceHits,
     /// Pixels of the picture.
     pub pixels: usize,
+}
+
+/// How the preview of surfaces is made.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SurfaceLook {
+    /// Passes over sub-pixel positions; at least one is made.
+    pub samples: u32,
+    /// Jitters those positions by this seed, one for each pass; else they are the same in every run.
+    pub jitter: Option<u64>,
+    /// Lights with exact shadows: hits must keep corners, see [`Dicing::keep_corners`].
+    pub lights: Vec<Origin>,
+}
+
+impl SurfaceLook {
+    /// The rays of a pass, one of [`SurfaceLook::samples`].
+    ///
+    /// # Errors
+    /// As [`Camera::shot`].
+    pub fn shot(&self, camera: &Camera, pass: u32) -> Result<Shot, Error> {
+        match self.jitter {
+            Some(seed) => camera.jittered_shot(pass, self.samples.max(1), seed),
+            None => camera.subpixel_shot(pass, self.samples.max(1)),
+        }
+    }
 }
 
 /// Finds what a camera sees of surfaces through its pixel centres.
@@ -41,7 +71,7 @@ pub fn surface_visibility(
     Ok((SurfaceBuffer { shot, hits, pixels }, stats))
 }
 
-/// The linear preview, (r, g, b) per pixel: the mean of `samples` passes over sub-pixel positions.
+/// The linear preview, (r, g, b) per pixel: the mean of all passes. Where there is one, it is what `buffer` sees.
 ///
 /// # Errors
 /// As [`surface_visibility`].
@@ -49,18 +79,23 @@ pub fn surface_preview(
     scene: &SurfaceScene,
     camera: &Camera,
     buffer: &SurfaceBuffer,
-    samples: u32,
+    look: &SurfaceLook,
     (dicing, options): (&Dicing, &Options),
     mut progress: impl FnMut(u32),
 ) -> Result<Vec<f32>, Error> {
-    if samples <= 1 {
-        return Ok(buffer.shade(scene, camera));
+    let shade = |seen: &SurfaceBuffer| {
+        let lamps = seen.lamps(scene, look, (dicing, options))?;
+        Ok::<_, Error>(seen.shade((scene, camera), &lamps))
+    };
+    if look.samples <= 1 && look.jitter.is_none() {
+        return shade(buffer);
     }
+    let samples = look.samples.max(1);
     let mut sum = vec![0.0; buffer.pixels * 3];
     for pass in 0..samples {
-        let shot = camera.subpixel_shot(pass, samples)?;
+        let shot = look.shot(camera, pass)?;
         let (seen, _) = surface_visibility(scene, shot, buffer.pixels, dicing, options)?;
-        let pixels = seen.shade(scene, camera);
+        let pixels = shade(&seen)?;
         sum.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
         progress(pass + 1);
     }
@@ -80,8 +115,7 @@ impl SurfaceBuffer {
             Aov::Id => AovData::U32(spread(&self.shot, self.pixels, self.hits.ids(), &[NO_TRIANGLE])),
             Aov::Depth => AovData::F32(1, spread(&self.shot, self.pixels, self.hits.ts(), &[f32::INFINITY])),
             Aov::Distance => self.derived([f32::INFINITY], |k| {
-                let length = self.shot.pencil.ray(k).direction.length() * f64::from(self.hits.ts()[k]);
-                [length.min(f64::from(f32::MAX)) as f32]
+                [surface_distance(&self.shot.pencil.ray(k), self.hits.ts()[k])]
             }),
             Aov::Normal => self.derived([f32::NAN; 3], |k| self.hits.normals()[k]),
             Aov::Position => self.derived([f32::NAN; 3], |k| {
@@ -114,8 +148,49 @@ impl SurfaceBuffer {
         AovData::F32(C, spread(&self.shot, self.pixels, &values, &miss))
     }
 
+    /// The receivers of each light among what is seen. They lie on micropolygons, which have no ids.
+    ///
+    /// # Errors
+    /// When a light is out of range, or hits have kept no corners.
+    pub fn receivers(&self, lights: &[Origin]) -> Result<Vec<Receivers>, Error> {
+        let (ids, corners) = (self.hits.ids(), self.hits.corners());
+        let too_many = |_| umbel_core::Error::TooManyTriangles { triangles: ids.len() };
+        let end = u32::try_from(3 * ids.len()).map_err(too_many)?;
+        if corners.len() < ids.len() {
+            return Err(Error::Usage(
+                "shadows need hits that keep their corners: Dicing::keep_corners".into(),
+            ));
+        }
+        // A triangle for each ray.
+        let indices: Vec<[u32; 3]> = (0..end).step_by(3).map(|first| [first, first + 1, first + 2]).collect();
+        let triangles = Triangles::new(corners.as_flattened(), &indices)?;
+        // In range: there are as many as rays.
+        let of_ray = |ray: usize| (ids[ray] != NO_TRIANGLE).then_some(TriangleId(ray as u32));
+        let mut found =
+            receivers_of(&triangles, &|ray| self.shot.pencil.ray(ray), (ids.len(), &of_ray), lights)?;
+        for receiver in found.iter_mut().flat_map(|found| &mut found.points) {
+            receiver.triangle = TriangleId(NO_TRIANGLE);
+        }
+        Ok(found)
+    }
+
+    /// The lights of a preview, with their shadows.
+    fn lamps<'a>(
+        &self,
+        scene: &SurfaceScene,
+        look: &'a SurfaceLook,
+        (dicing, options): (&Dicing, &Options),
+    ) -> Result<Lamps<'a>, Error> {
+        let lights = &look.lights[..];
+        let receivers = if lights.is_empty() { Vec::new() } else { self.receivers(lights)? };
+        let view = (&self.shot.pencil, dicing);
+        Lamps::of((lights, receivers), self.hits.len(), |light, points| {
+            Ok(shadowed_on_demand(&scene.surfaces, view, light, points, options)?.0)
+        })
+    }
+
     /// The linear preview of one pass.
-    fn shade(&self, scene: &SurfaceScene, camera: &Camera) -> Vec<f32> {
+    fn shade(&self, (scene, camera): (&SurfaceScene, &Camera), lamps: &Lamps<'_>) -> Vec<f32> {
         let of_ray = |k: usize| {
             let ray = self.shot.pencil.ray(k);
             if self.hits.ids()[k] == NO_TRIANGLE {
@@ -125,7 +200,9 @@ impl SurfaceBuffer {
             let normal = widened(self.hits.normals()[k]);
             let normal = if normal.dot(viewer) < 0.0 { -normal } else { normal };
             let albedo = scene.colour(self.hits.ids()[k]).unwrap_or(CLAY);
-            Appearance { albedo, normal, viewer, up: camera.up, lamps: None }.colour()
+            let point = ray.origin + ray.direction * f64::from(self.hits.ts()[k]);
+            let lamps = (!lamps.is_empty()).then(|| lamps.light_at(k, point, normal));
+            Appearance { albedo, normal, viewer, up: camera.up, lamps }.colour()
         };
         let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
         spread(&self.shot, self.pixels, &values, &[0.0; 3])

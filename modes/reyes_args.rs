@@ -3,10 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use umbel::{Aov, Dicing, Displacement, Error, HeightMap, Noise, Relief};
+use umbel::{
+    Aov, Dicing, Displacement, Error, HeightMap, LoadOptions, Noise, Relief, SurfaceLook, SurfaceOptions,
+};
 
 use crate::camera_args::{CameraArgs, LensArg};
 use crate::picture_args::PictureArgs;
+use crate::shadow_args::LightArgs;
 
 #[derive(Debug, Args)]
 pub(crate) struct ReyesArgs {
@@ -17,19 +20,43 @@ pub(crate) struct ReyesArgs {
     #[command(flatten)]
     pub(crate) picture: PictureArgs,
 
+    /// Jitter the sub-pixel positions of the samples instead of taking the same ones in every run
+    #[arg(long)]
+    pub(crate) jitter: bool,
+
+    /// Where jitter starts from [default: 0]
+    #[arg(long, value_name = "N", requires = "jitter")]
+    pub(crate) seed: Option<u64>,
+
     #[command(flatten)]
     pub(crate) surfaces: SurfaceArgs,
+
+    /// Lights of the preview, with exact shadows
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
 
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
 }
 
-/// What is made of a mesh, and how finely.
+/// What is made of a mesh, and how finely; and an ortho film beside that.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Surfaces")]
 pub(crate) struct SurfaceArgs {
-    /// Displace a mesh along its normals, by --height world units where the map is 1: MAP.png by texture coordinates, white is 1, or noise:FREQUENCY[,SEED[,OCTAVES]] with cells of 1/FREQUENCY units
-    #[arg(long, value_name = "MAP.png|noise:F,SEED", value_parser = parse_relief, requires = "height")]
+    #[command(flatten)]
+    pub(crate) made: MadeArgs,
+
+    /// World units from the lower to the upper edge of an ortho picture, where --height is that of a displacement
+    #[arg(long, value_name = "UNITS")]
+    film_height: Option<f64>,
+}
+
+/// What is made of a mesh, and how finely.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Surfaces")]
+pub(crate) struct MadeArgs {
+    /// Displace a mesh along its normals, by --height world units where the map is 1: MAP.png or .exr by texture coordinates, white is 1, or noise:FREQUENCY[,SEED[,OCTAVES]] with cells of 1/FREQUENCY units
+    #[arg(long, value_name = "MAP.png|MAP.exr|noise:F,SEED", value_parser = parse_relief, requires = "height")]
     displace: Option<ReliefArg>,
 
     /// Take the mesh for the cage of a Catmull-Clark surface
@@ -39,10 +66,6 @@ pub(crate) struct SurfaceArgs {
     /// The edge of a micropolygon in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = Dicing::default().shading_rate)]
     shading_rate: f64,
-
-    /// World units from the lower to the upper edge of an ortho picture, where --height is that of a displacement
-    #[arg(long, value_name = "UNITS")]
-    film_height: Option<f64>,
 }
 
 /// Where heights come from.
@@ -89,40 +112,73 @@ impl ReyesArgs {
             ));
         }
         self.camera.view.refuse_useless(self.camera.lens)?;
-        let (displaced, ortho) = (self.surfaces.displace.is_some(), self.camera.lens == LensArg::Ortho);
-        if self.camera.height.is_some() && !displaced && !ortho {
+        self.surfaces.check(&self.camera)
+    }
+
+    /// How finely surfaces are diced, and what hits keep.
+    pub(crate) fn dicing(&self) -> Dicing {
+        Dicing { keep_corners: !self.lights.is_none(), ..self.surfaces.made.dicing() }
+    }
+
+    /// How the preview is made.
+    pub(crate) fn look(&self) -> Result<SurfaceLook, Error> {
+        let jitter = self.jitter.then(|| self.seed.unwrap_or(0));
+        Ok(SurfaceLook { samples: self.picture.samples, jitter, lights: self.lights.lights()? })
+    }
+}
+
+impl SurfaceArgs {
+    /// Refuses heights that nothing has.
+    pub(crate) fn check(&self, camera: &CameraArgs) -> Result<(), Error> {
+        let (displaced, ortho) = (self.made.is_displaced(), camera.lens == LensArg::Ortho);
+        if camera.height.is_some() && !displaced && !ortho {
             return Err(Error::Usage("--height goes with --displace or --camera ortho".into()));
         }
-        if self.surfaces.film_height.is_some() && !ortho {
+        if self.film_height.is_some() && !ortho {
             return Err(Error::Usage("--film-height goes with --camera ortho".into()));
         }
-        if self.camera.height.is_some_and(|height| !height.is_finite()) {
+        if camera.height.is_some_and(|height| !height.is_finite()) {
             return Err(Error::Usage("--height must be a finite number of world units".into()));
         }
-        if self.surfaces.film_height.is_some() && !displaced {
+        if self.film_height.is_some() && !displaced {
             return Err(Error::Usage("--film-height goes with --displace; without it use --height".into()));
         }
         Ok(())
     }
 
-    /// The displacement that was asked for; reads its map.
-    pub(crate) fn displacement(&self) -> Result<Displacement, Error> {
-        let (Some(relief), Some(height)) = (&self.surfaces.displace, self.camera.height) else {
-            return Ok(Displacement::NONE);
-        };
-        let relief = match relief {
-            ReliefArg::Map(path) => Relief::Map(HeightMap::read(Path::new(path))?),
-            ReliefArg::Noise(noise) => Relief::Noise(*noise),
-        };
-        Ok(Displacement { relief, height })
-    }
-
     /// World units over an ortho picture.
-    pub(crate) fn film_height(&self) -> Option<f64> {
-        if self.surfaces.displace.is_some() { self.surfaces.film_height } else { self.camera.height }
+    pub(crate) fn film_height(&self, camera: &CameraArgs) -> Option<f64> {
+        if self.made.is_displaced() { self.film_height } else { camera.height }
+    }
+}
+
+impl MadeArgs {
+    /// Whether heights are those of a displacement.
+    pub(crate) fn is_displaced(&self) -> bool {
+        self.displace.is_some()
     }
 
+    /// Whether a mesh is made into a surface on demand.
+    pub(crate) fn is_given(&self) -> bool {
+        self.subdivide || self.displace.is_some()
+    }
+
+    /// What is made of a mesh; reads its map. `height` is that of the displacement.
+    pub(crate) fn options(&self, load: LoadOptions, height: Option<f64>) -> Result<SurfaceOptions, Error> {
+        let displacement = match (&self.displace, height) {
+            (Some(ReliefArg::Map(path)), Some(height)) => {
+                Displacement { relief: Relief::Map(HeightMap::read(Path::new(path))?), height }
+            }
+            (Some(ReliefArg::Noise(noise)), Some(height)) => {
+                Displacement { relief: Relief::Noise(*noise), height }
+            }
+            _ => Displacement::NONE,
+        };
+        Ok(SurfaceOptions { load, subdivide: self.subdivide, displacement })
+    }
+
+    /// How finely surfaces are diced.
     pub(crate) fn dicing(&self) -> Dicing {
-        Dicing { shading_rate: self.surfaces.shading_rate }
+        Dicing { shading_rate: self.shading_rate, ..Dicing::default() }
     }
 }

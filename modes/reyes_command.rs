@@ -1,26 +1,26 @@
 //! `umbel reyes`: what a camera sees of surfaces that are made on demand.
 
 use umbel::{
-    Camera, Error, LoadOptions, Look, Scene, Stats, SurfaceOptions, SurfaceScene, load_surfaces,
-    surface_preview, surface_view, surface_visibility,
+    Camera, Error, LoadOptions, Look, Scene, Stats, SurfaceScene, load_surfaces, surface_preview,
+    surface_view, surface_visibility,
 };
 
 use crate::cli::Common;
-use crate::commands::{PIXEL_BYTES, limit_memory, print_run, progress, say};
+use crate::commands::{PIXEL_BYTES, SHADOW_BYTES, limit_memory, print_run, progress, say};
 use crate::picture::{Files, Picture, Sight};
 use crate::report::{Report, Times, timed};
 use crate::reyes_args::ReyesArgs;
 
 /// More bytes of a pixel than a triangle's hit has: (u, v) and the normal of the micropolygon.
 pub(crate) const SURFACE_BYTES: u64 = 20;
+/// Bytes of a pixel for shadows: the corners of its micropolygon, and their indices.
+pub(crate) const CORNERS_BYTES: u64 = 48;
 
 impl ReyesArgs {
     /// Reads the scene, and says what was noticed.
     pub(crate) fn load(&self, common: &Common) -> Result<SurfaceScene, Error> {
         let load = LoadOptions { drop_non_finite: common.drop_non_finite };
-        let displacement = self.displacement()?;
-        let options = SurfaceOptions { load, subdivide: self.surfaces.subdivide, displacement };
-        let scene = load_surfaces(&self.scene, options)?;
+        let scene = load_surfaces(&self.scene, self.surfaces.made.options(load, self.camera.height)?)?;
         say(&scene.warnings, common);
         Ok(scene)
     }
@@ -28,20 +28,22 @@ impl ReyesArgs {
     /// The camera that was asked for; of a built-in scene its curated view, of others one that frames them.
     pub(crate) fn framing(&self, scene: &SurfaceScene) -> Result<Camera, Error> {
         let view = self.scene.strip_prefix("builtin:").and_then(surface_view);
-        self.camera.framing_of(&scene.bounds(), view, self.film_height())
+        self.camera.framing_of(&scene.bounds(), view, self.surfaces.film_height(&self.camera))
     }
 }
 
 /// `umbel reyes`.
 pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
     args.check()?;
-    let output = args.picture.checked_output()?;
+    let (output, look) = (args.picture.checked_output()?, args.look()?);
     let mut times = Times::default();
     let scene = timed(&mut times.load, || args.load(common))?;
     let camera = args.framing(&scene)?;
     let named = Scene { name: scene.name.clone(), ..Scene::default() };
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
-    limit_memory(pixels * (PIXEL_BYTES + SURFACE_BYTES), &named, "--size", common)?;
+    let lit = look.lights.len() as u64 * (SHADOW_BYTES + 1)
+        + if look.lights.is_empty() { 0 } else { CORNERS_BYTES };
+    limit_memory(pixels * (PIXEL_BYTES + SURFACE_BYTES + lit), &named, "--size", common)?;
 
     // The engine: visibility of the pixel centres.
     let (dicing, options) = (args.dicing(), common.options());
@@ -61,11 +63,11 @@ pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
     };
 
     let mut hash = blake3::Hasher::new();
-    let samples = args.picture.samples;
+    let samples = look.samples;
     let bar = progress(samples, "samples", common);
     let linear = match &output {
         Some(_) if !args.picture.is_point_cloud() => Some(timed(&mut times.shade, || {
-            surface_preview(&scene, &camera, &buffer, samples, (&dicing, &options), |pass| {
+            surface_preview(&scene, &camera, &buffer, &look, (&dicing, &options), |pass| {
                 bar.set_position(u64::from(pass));
             })
         })?),

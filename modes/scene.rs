@@ -12,6 +12,7 @@ use umbel_core::{Aabb, TriangleId, Triangles};
 
 use crate::Error;
 use crate::optics::Optics;
+use crate::subdivision::Creases;
 
 /// The index that stands for "this corner has no normal" or "no texture coordinate".
 pub const NO_INDEX: u32 = u32::MAX;
@@ -68,6 +69,8 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// Materials that the objects name.
     pub materials: Vec<Material>,
+    /// What subdivision shall leave sharp.
+    pub creases: Creases,
     /// What the reader noticed and mended or left out, one sentence each.
     pub warnings: Vec<String>,
 }

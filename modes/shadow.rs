@@ -66,14 +66,15 @@ pub fn receivers(
     hits: &Hits,
     lights: &[Origin],
 ) -> Result<Vec<Receivers>, Error> {
-    receivers_of(triangles, &|ray| pencil.ray(ray), hits, lights)
+    let of_ray = |ray: usize| hits.get(ray).map(|hit| hit.id);
+    receivers_of(triangles, &|ray| pencil.ray(ray), (hits.len(), &of_ray), lights)
 }
 
-/// The same for the hits of any rays, each given by its index.
+/// The same for the hits of so many rays, each given by its index.
 pub(crate) fn receivers_of(
     triangles: &Triangles<'_>,
     ray: &(dyn Fn(usize) -> Ray + Sync),
-    hits: &Hits,
+    (rays, hit): (usize, &(dyn Fn(usize) -> Option<TriangleId> + Sync)),
     lights: &[Origin],
 ) -> Result<Vec<Receivers>, Error> {
     for &light in lights {
@@ -81,8 +82,8 @@ pub(crate) fn receivers_of(
     }
     let none = || vec![Receivers::default(); lights.len()];
     let of_ray = |found: &mut [Receivers], ray_id: u32| {
-        let Some(hit) = hits.get(ray_id as usize) else { return };
-        let (triangle, ray) = (hit.id, ray(ray_id as usize));
+        let Some(triangle) = hit(ray_id as usize) else { return };
+        let ray = ray(ray_id as usize);
         // A ray that hits a triangle is never parallel to it.
         let Some(side) = triangles.side_toward(triangle, -ray.direction) else { return };
         let mut start = None;
@@ -96,7 +97,7 @@ pub(crate) fn receivers_of(
         }
     };
     // In range: a query has fewer than 2³² rays.
-    let parts = (0..hits.len() as u32).into_par_iter().fold(none, |mut found, ray| {
+    let parts = (0..rays as u32).into_par_iter().fold(none, |mut found, ray| {
         of_ray(&mut found, ray);
         found
     });
@@ -142,9 +143,9 @@ impl MaskCounts {
         Self { seen: vec![0; pixels], lit: vec![vec![0; pixels]; lights] }
     }
 
-    /// Adds what one pass sees.
-    pub fn add_seen(&mut self, shot: &Shot, hits: &Hits) {
-        let seen = (0..).zip(hits.ids()).filter(|&(_, &id)| id != NO_TRIANGLE);
+    /// Adds what one pass sees, given the id that each ray has hit.
+    pub fn add_seen(&mut self, shot: &Shot, ids: &[u32]) {
+        let seen = (0..).zip(ids).filter(|&(_, &id)| id != NO_TRIANGLE);
         seen.for_each(|(ray, _)| self.seen[pixel(shot, ray)] += 1);
     }
 
@@ -209,7 +210,7 @@ pub fn shadow_masks(
         let shot = camera.subpixel_shot(pass, samples)?;
         let (hits, _) = closest_hit(&triangles, &shot.pencil, options)?;
         let receivers = receivers(&triangles, &shot.pencil, &hits, lights)?;
-        counts.add_seen(&shot, &hits);
+        counts.add_seen(&shot, hits.ids());
         for (index, (&light, receivers)) in lights.iter().zip(&receivers).enumerate() {
             let (shadowed, _) = frame.shadowed(&triangles, light, &receivers.points, options)?;
             counts.add_lit(&shot, index, receivers, &shadowed);

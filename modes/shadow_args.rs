@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
-use umbel::{Error, Origin, Pencil, Scene, builtin_view, point_light, sun_light};
+use umbel::{Error, Origin, Pencil, Scene, names_surfaces, point_light, sun_light, surface_view};
 
 use crate::camera_args::CameraArgs;
 use crate::dial_args::DialArgs;
 use crate::parse::parse_vector;
+use crate::reyes_args::SurfaceArgs;
 
 /// The resolutions that `--compare` measures where none are named.
 const COMPARED_SIZES: [u32; 4] = [256, 512, 1024, 2048];
@@ -27,6 +28,11 @@ pub(crate) struct LightArgs {
 }
 
 impl LightArgs {
+    /// Whether none is given.
+    pub(crate) fn is_none(&self) -> bool {
+        self.points.is_empty() && self.suns.is_empty()
+    }
+
     /// The lights: points first, each kind in the order of the command line.
     pub(crate) fn lights(&self) -> Result<Vec<Origin>, Error> {
         let checked = |option: &str, given: &DVec3, light: Origin| {
@@ -45,7 +51,7 @@ impl LightArgs {
         if !lights.is_empty() {
             return Ok(lights);
         }
-        let view = scene.name.strip_prefix("builtin:").and_then(builtin_view);
+        let view = scene.name.strip_prefix("builtin:").and_then(surface_view);
         let view = view.ok_or_else(|| {
             Error::Usage("no light: give --light X,Y,Z, a position, or --sun X,Y,Z, a direction".into())
         })?;
@@ -55,7 +61,7 @@ impl LightArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct ShadowArgs {
-    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell; or surfaces on demand, as `umbel reyes` has them
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 
@@ -83,6 +89,13 @@ pub(crate) struct ShadowArgs {
 
     #[command(flatten)]
     pub(crate) lights: LightArgs,
+
+    /// Another scene that casts shadows and is not seen in the mask, surfaces on demand included; may be given several times
+    #[arg(long, value_name = "SCENE")]
+    pub(crate) occluders: Vec<String>,
+
+    #[command(flatten)]
+    pub(crate) surfaces: SurfaceArgs,
 
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
@@ -118,7 +131,7 @@ impl ShadowArgs {
                 "--compare measures the cube maps of point lights: give --light, not --sun",
             ),
             (
-                self.camera.is_given() && !picture,
+                self.camera.is_given(self.surfaces.made.is_displaced()) && !picture,
                 "the camera's options go with --mask or --compare; -o is what the light sees",
             ),
             (self.samples > 1 && self.mask.is_none(), "--samples goes with --mask"),
@@ -134,8 +147,25 @@ impl ShadowArgs {
                  --compare its own sizes, such as --compare=256,1024",
             ),
         ];
-        let first = refused.iter().find(|(refused, _)| *refused);
-        first.map_or(Ok(()), |(_, why)| Err(Error::Usage((*why).into())))
+        let on_demand = self.is_of_surface() || self.occluders.iter().any(|name| names_surfaces(name));
+        self.surfaces.check(&self.camera)?;
+        let refused = refused.into_iter().chain([
+            (
+                on_demand && (self.compare.is_some() || has_dial),
+                "--compare, --max-error and --time-budget are for triangles: surfaces on demand have another shape in each map",
+            ),
+            (
+                on_demand && self.camera.lens.bends_lines(),
+                "surfaces are diced for rays on a grid: use --camera pinhole, ortho or cube",
+            ),
+        ]);
+        let first = refused.into_iter().find(|(refused, _)| *refused);
+        first.map_or(Ok(()), |(_, why)| Err(Error::Usage(why.into())))
+    }
+
+    /// Whether a surface on demand is seen, no triangles.
+    pub(crate) fn is_of_surface(&self) -> bool {
+        self.surfaces.made.is_given() || names_surfaces(&self.scene)
     }
 
     /// Texels along one side of the light's map.

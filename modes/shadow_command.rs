@@ -2,37 +2,39 @@
 
 use std::time::Instant;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use umbel::{
-    Camera, Error, Film, Frame, Hits, Lens, MapErrors, MaskCounts, NO_TRIANGLE, Origin, Pencil, Receivers,
-    Scene, Shot, Stats, Triangles, closest_hit, compare_maps, cube_map, cube_pencil, distances,
-    face_matrices, receivers, sun_pencil,
+    Camera, Casters, Dicing, Error, Frame, Lens, MaskCounts, NO_TRIANGLE, Origin, Pencil, Receivers, Scene,
+    Shot, Stats, Triangles, closest_hit, closest_hit_on_demand, compare_maps, cube_map, cube_pencil,
+    distances, receivers, sun_pencil, surface_distances, surface_visibility,
 };
 
 use crate::cli::Common;
 use crate::commands::{
-    SCATTERED_BYTES, SHADOW_BYTES, available_bytes, limit_memory, load_scene, print, print_run, progress,
+    SCATTERED_BYTES, SHADOW_BYTES, available_bytes, limit_memory, print, print_run, progress,
 };
 use crate::dial_args::Goal;
 use crate::report::{Report, Times, timed};
+use crate::reyes_command::{CORNERS_BYTES, SURFACE_BYTES};
 use crate::shadow_args::ShadowArgs;
 use crate::shadow_dial::Dial;
 use crate::shadow_files::{Content, Names, Writer, refuse_collisions};
+use crate::shadow_report::{comparison, is_sun, light_json, map_json};
+use crate::shadow_scene::ShadowScene;
 
 /// Bytes per texel of a map: the hit 8, the distance 4, a picture 12.
 const TEXEL_BYTES: u64 = 24;
 /// Bytes per pixel of a mask beside those of the query: the hit 8, the mask 4, bytes of the file 4.
 const PIXEL_BYTES: u64 = 16;
 
-/// The names of the faces.
-const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
-
 /// One run of the verb.
 struct Run<'a> {
     args: &'a ShadowArgs,
     common: &'a Common,
-    scene: &'a Scene,
-    triangles: Triangles<'a>,
+    scene: &'a ShadowScene,
+    /// The triangles that are seen.
+    visible: Triangles<'a>,
+    casters: Casters<'a>,
     lights: Vec<Origin>,
     times: Times,
     stats: Stats,
@@ -50,7 +52,7 @@ struct Run<'a> {
 /// What a camera sees through one pass.
 struct Seen {
     shot: Shot,
-    hits: Hits,
+    ids: Vec<u32>,
     /// Those of each light.
     receivers: Vec<Receivers>,
 }
@@ -58,7 +60,7 @@ struct Seen {
 impl Seen {
     /// How many rays see a surface.
     fn surfaces(&self) -> usize {
-        self.hits.ids().iter().filter(|&&id| id != NO_TRIANGLE).count()
+        self.ids.iter().filter(|&&id| id != NO_TRIANGLE).count()
     }
 }
 
@@ -67,9 +69,9 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
     args.check()?;
     let start = Instant::now();
     let mut times = Times { engine: vec![0.0; common.repeat as usize], ..Times::default() };
-    let scene = load_scene(&args.scene, common, &mut times)?;
-    let lights = args.lights.shadow_lights(&scene)?;
-    let camera = args.camera.camera_beside_cube(&scene)?;
+    let scene = ShadowScene::load(args, common, &mut times)?;
+    let lights = args.lights.shadow_lights(&scene.mesh)?;
+    let camera = scene.camera(args)?;
     // A view that sees nothing is refused before anything is written.
     Camera { width: 1, height: 1, ..camera }.shot()?;
     let maps = args.output.as_ref().map(|path| {
@@ -80,14 +82,31 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
     let masks = args.mask.as_ref().map(|path| Names::new("--mask", path, lights.len(), &["npy", "png"]));
     let (maps, masks) = (maps.transpose()?, masks.transpose()?);
     refuse_collisions(maps.iter().chain(&masks))?;
-    check_memory(args, &scene, &camera, &lights, common)?;
+    check_memory(args, &scene.mesh, &camera, &lights, common)?;
 
-    let triangles = scene.geometry()?;
+    let (occluders, surfaces) = (scene.occluders()?, scene.casters());
+    let triangles = occluders.geometry()?;
+    let dicing = args.surfaces.made.dicing();
+    let casters = Casters { triangles: &triangles, surfaces: &surfaces, dicing };
+    let visible = scene.mesh.geometry()?;
     let (stats, hash) = (Stats::default(), blake3::Hasher::new());
     let more = Map::from_iter([("lights".to_owned(), lights.iter().copied().map(light_json).collect())]);
     let (scene, map_size) = (&scene, args.map_size());
-    let mut run =
-        Run { args, common, scene, triangles, lights, times, stats, rays: 0, asked: 0, hash, more, map_size };
+    let mut run = Run {
+        args,
+        common,
+        scene,
+        visible,
+        casters,
+        lights,
+        times,
+        stats,
+        rays: 0,
+        asked: 0,
+        hash,
+        more,
+        map_size,
+    };
     args.dial.goal().map_or(Ok(()), |goal| run.choose(goal, &camera, start))?;
     maps.map_or(Ok(()), |names| run.write_maps(&names))?;
     masks.map_or(Ok(()), |names| run.write_masks(&names, &camera))?;
@@ -105,7 +124,7 @@ impl Run<'_> {
         let texel = 6 * (TEXEL_BYTES + 4 * self.lights.len() as u64);
         let left = limit.saturating_sub(u64::from(camera.width) * u64::from(camera.rows()) * PIXEL_BYTES);
         let dial = Dial {
-            triangles: &self.triangles,
+            triangles: self.casters.triangles,
             options: self.common.options(),
             lights: &self.lights,
             receivers: &seen.receivers,
@@ -140,14 +159,25 @@ impl Run<'_> {
                 frame = Frame::keeping_order();
             }
             for pencil in &pencils {
-                let stats = timed(milliseconds, || frame.closest_hit(&self.triangles, pencil, &options))?;
+                let casters = &self.casters;
+                let mut stats =
+                    timed(milliseconds, || frame.closest_hit(casters.triangles, pencil, &options))?;
+                let mut seen = Vec::new();
+                for surface in casters.surfaces {
+                    let see = || closest_hit_on_demand(&surface.surfaces, pencil, &casters.dicing, &options);
+                    let (hits, more) = timed(milliseconds, see)?;
+                    (stats, _) = (stats.then(more), seen.push(hits));
+                }
                 if repeat + 1 < self.common.repeat as usize {
                     continue;
                 }
                 self.stats = self.stats.then(stats);
                 self.rays += pencil.len();
-                let values =
-                    timed(&mut self.times.shade, || distances(&self.triangles, pencil, frame.hits()));
+                let values = timed(&mut self.times.shade, || {
+                    let nearest = distances(casters.triangles, pencil, frame.hits());
+                    seen.iter()
+                        .fold(nearest, |nearest, hits| nearer(nearest, &surface_distances(pencil, hits)))
+                });
                 timed(&mut self.times.write, || writer.put(values))?;
             }
         }
@@ -158,11 +188,18 @@ impl Run<'_> {
     fn seen(&mut self, camera: &Camera, pass: u32, passes: u32) -> Result<Seen, Error> {
         let shot = camera.subpixel_shot(pass, passes)?;
         let options = self.common.options();
-        let query = || closest_hit(&self.triangles, &shot.pencil, &options);
+        if let Some(surface) = &self.scene.surface {
+            let dicing = Dicing { keep_corners: true, ..self.casters.dicing };
+            let query = || surface_visibility(surface, shot, camera.pixels(), &dicing, &options);
+            let (buffer, _) = timed(&mut self.times.camera, query)?;
+            let receivers = timed(&mut self.times.receivers, || buffer.receivers(&self.lights))?;
+            return Ok(Seen { ids: buffer.hits.ids().to_vec(), shot: buffer.shot, receivers });
+        }
+        let query = || closest_hit(&self.visible, &shot.pencil, &options);
         let (hits, _) = timed(&mut self.times.camera, query)?;
-        let leave = || receivers(&self.triangles, &shot.pencil, &hits, &self.lights);
+        let leave = || receivers(&self.visible, &shot.pencil, &hits, &self.lights);
         let receivers = timed(&mut self.times.receivers, leave)?;
-        Ok(Seen { shot, hits, receivers })
+        Ok(Seen { shot, ids: hits.ids().to_vec(), receivers })
     }
 
     /// Which receivers of each light are in shadow. `repeat` is that of the times.
@@ -170,7 +207,8 @@ impl Run<'_> {
         let options = self.common.options();
         let mut all = Vec::new();
         for (&light, Receivers { points, .. }) in self.lights.iter().zip(&seen.receivers) {
-            let query = || frame.shadowed(&self.triangles, light, points, &options);
+            let view = &seen.shot.pencil;
+            let query = || self.casters.shadowed(view, (light, points), frame, &options);
             let (shadowed, stats) = timed(&mut self.times.engine[repeat], query)?;
             if repeat + 1 == self.common.repeat as usize {
                 self.stats = self.stats.then(stats);
@@ -197,7 +235,7 @@ impl Run<'_> {
                 }
                 shadowed = self.shadowed(&seen, &mut frame, repeat)?;
             }
-            counts.add_seen(&seen.shot, &seen.hits);
+            counts.add_seen(&seen.shot, &seen.ids);
             for (light, (receivers, shadowed)) in seen.receivers.iter().zip(&shadowed).enumerate() {
                 counts.add_lit(&seen.shot, light, receivers, shadowed);
             }
@@ -231,9 +269,9 @@ impl Run<'_> {
                 "cube size", "acne", "leaks", "median bias", "largest bias"
             );
             for &size in sizes {
-                let (map, _) = cube_map(&self.triangles, point, size, &mut frame, &options)?;
+                let (map, _) = cube_map(self.casters.triangles, point, size, &mut frame, &options)?;
                 let points = &seen.receivers[index].points;
-                let found = compare_maps(&self.triangles, &map, points, shadowed);
+                let found = compare_maps(self.casters.triangles, &map, points, shadowed);
                 let (line, mut row) = comparison(size, surfaces, &found);
                 row["light"] = index.into();
                 text += &line;
@@ -252,7 +290,7 @@ impl Run<'_> {
         self.more.insert("asked".into(), self.asked.into());
         let report = Report {
             command: "shadow",
-            scene: self.scene,
+            scene: &self.scene.mesh,
             rays: self.rays,
             options: self.common.options(),
             times: &self.times,
@@ -263,60 +301,12 @@ impl Run<'_> {
     }
 }
 
-/// A line of the table, and the same for the report. Parts are those of all surfaces that are seen.
-fn comparison(size: u32, surfaces: usize, found: &MapErrors) -> (String, Value) {
-    let part = |count: usize| {
-        let percent = 100.0 * count as f64 / surfaces.max(1) as f64;
-        format!("{count} {:>9}", format!("{percent:.4} %"))
-    };
-    let line = format!(
-        "{size:>10} {:>19} {:>19} {:>12.4} {:>12.4}\n",
-        part(found.acne),
-        part(found.leaks),
-        found.median_bias,
-        found.greatest_bias
-    );
-    let value = json!({
-        "cube_size": size,
-        "receivers": surfaces,
-        "asked": found.receivers,
-        "acne": found.acne,
-        "leaks": found.leaks,
-        "median_bias": found.median_bias,
-        "greatest_bias": found.greatest_bias,
-    });
-    (line, value)
-}
-
-/// Whether a light is at infinity.
-fn is_sun(light: Origin) -> bool {
-    matches!(light, Origin::Infinity(_))
-}
-
-/// A light in the report.
-fn light_json(light: Origin) -> Value {
-    match light {
-        Origin::Point(point) => json!({ "point": point.to_array() }),
-        Origin::Infinity(direction) => json!({ "toward": (-direction).to_array() }),
+/// The lesser of two distances, texel by texel.
+fn nearer(mut nearest: Vec<f32>, others: &[f32]) -> Vec<f32> {
+    for (nearest, &other) in nearest.iter_mut().zip(others) {
+        *nearest = if other < *nearest { other } else { *nearest };
     }
-}
-
-/// How texels of the maps become rays.
-fn map_json(size: u32, pencils: &[Pencil]) -> Value {
-    let film = |pencil: &Pencil| match (pencil.origin(), pencil.films().first()) {
-        (Origin::Infinity(direction), Some(Film::Grid(film))) => {
-            let [forward, right, up] = film.span().map(|v| v.to_array());
-            Some(json!({ "direction": direction.to_array(), "forward": forward, "right": right, "up": up }))
-        }
-        _ => None,
-    };
-    let films: Vec<Value> = pencils.iter().filter_map(film).collect();
-    if !films.is_empty() {
-        return json!({ "size": size, "films": films });
-    }
-    let faces = FACES.iter().zip(face_matrices());
-    let faces: Vec<Value> = faces.map(|(name, matrix)| json!({ "name": name, "matrix": matrix })).collect();
-    json!({ "size": size, "faces": faces })
+    nearest
 }
 
 /// Stops before the start when too much memory would be needed.
@@ -335,7 +325,8 @@ fn check_memory(
     let maps = if is_size_known { square(args.map_size()) * faces * (TEXEL_BYTES + 4 * count) } else { 0 };
     let picture = args.mask.is_some() || args.compare.is_some() || args.dial.goal().is_some();
     let scattered = if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
-    let pixel = PIXEL_BYTES + (SHADOW_BYTES + 6) * count + scattered;
+    let surface = if args.is_of_surface() { SURFACE_BYTES + CORNERS_BYTES } else { 0 };
+    let pixel = PIXEL_BYTES + (SHADOW_BYTES + 6) * count + scattered + surface;
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
     let masks = if picture { pixels * pixel } else { 0 };
     let compared = args.compare.iter().flat_map(|sizes| &sizes.0).map(|&size| square(size) * 6 * TEXEL_BYTES);

@@ -10,8 +10,8 @@ use crate::load::{LoadOptions, load};
 use crate::sample_sets::{mix, uniform};
 use crate::teapot::teapot;
 use crate::{
-    BuiltinView, Creases, DisplacedMesh, Error, Field, Scene, SubdivisionSurface, Surfaces, Terrain,
-    builtin_view, read_bpt,
+    BuiltinView, DisplacedMesh, Error, Field, Scene, SubdivisionSurface, Surfaces, Terrain, builtin_view,
+    read_bpt,
 };
 
 /// What is made of a mesh.
@@ -47,14 +47,23 @@ pub struct SurfaceScene {
 /// The scenes that only surfaces on demand can be.
 const RULES: [&str; 3] = ["teapot", "terrain", "field"];
 
+/// Whether a name is that of surfaces on demand: a `.bpt` file, or `builtin:` with teapot, terrain or field.
+#[must_use]
+pub fn names_surfaces(name: &str) -> bool {
+    name.strip_prefix("builtin:").is_some_and(|rule| RULES.contains(&rule)) || is_bpt(name)
+}
+
+fn is_bpt(name: &str) -> bool {
+    Path::new(name).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bpt"))
+}
+
 /// Reads a mesh or a `.bpt` file, or makes `builtin:NAME`: teapot, terrain and field, or any built-in mesh.
 ///
 /// # Errors
 /// When there is no such file or scene, its content cannot be taken, or the options do not suit it.
 pub fn load_surfaces(name: &str, options: SurfaceOptions) -> Result<SurfaceScene, Error> {
     let rule = name.strip_prefix("builtin:").filter(|rule| RULES.contains(rule));
-    let is_bpt = Path::new(name).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bpt"));
-    if rule.is_none() && !is_bpt {
+    if !names_surfaces(name) {
         return SurfaceScene::of_mesh(load(name, options.load)?, options);
     }
     if options.subdivide || !options.displacement.is_none() {
@@ -69,7 +78,7 @@ pub fn load_surfaces(name: &str, options: SurfaceOptions) -> Result<SurfaceScene
         None => Surfaces::Patches(read_bpt(Path::new(name))?),
     };
     let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let name = if is_bpt { stem } else { name.to_owned() };
+    let name = if is_bpt(name) { stem } else { name.to_owned() };
     Ok(SurfaceScene { name, surfaces, warnings: Vec::new(), colours: Vec::new() })
 }
 
@@ -110,7 +119,7 @@ impl SurfaceScene {
         }
         let first_triangles;
         let surfaces = if options.subdivide {
-            let surface = SubdivisionSurface::new(&scene, &Creases::default(), options.displacement);
+            let surface = SubdivisionSurface::new(&scene, &scene.creases, options.displacement);
             first_triangles = surface.first_triangles().to_vec();
             Surfaces::Subdivided(Box::new(surface))
         } else {

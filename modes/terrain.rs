@@ -125,9 +125,10 @@ impl LaneMap for Land {
         let (column, row) = (f64::from(self.patch % PATCHES), f64::from(self.patch / PATCHES));
         let (x, z) = ((u + column) * SIDE - HALF_SIDE, HALF_SIDE - (v + row) * SIDE);
         let (mut sum, mut weight) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, 1.0));
-        let mut amplitude = 1.0;
+        let (mut amplitude, mut apart) = (1.0, false);
         for octave in 0..OCTAVES as u32 {
-            let crest = 1.0 - (2.0 * self.noise.lanes(simd, octave, [x, z]) - 1.0).abs();
+            let noise = self.noise.lanes(simd, octave, [x, z], &mut apart);
+            let crest = 1.0 - (2.0 * noise - 1.0).abs();
             let signal = crest * crest * weight;
             sum += signal * amplitude;
             weight = (2.0 * signal).min(1.0);

@@ -65,6 +65,9 @@ pub(crate) fn trade(args: &TradeArgs, common: &Common) -> Result<(), Error> {
             measure(args, common, &scene, &Subject::Shadow(subject), (&canvas, has_cubes))
         }
         Command::Bake(verb) => {
+            if verb.occluders.has_surfaces() {
+                return Err(Error::Usage("trade bakes among triangles: leave out surfaces on demand".into()));
+            }
             let occluders = occluders(&scene, &verb.occluders, common)?;
             let bake = Bake::new(verb.options(&scene))?;
             let piece = make_plan(verb, &bake, (&scene, &occluders), common)?.piece;

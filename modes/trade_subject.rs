@@ -108,11 +108,11 @@ fn render(scene: &Scene, args: &RenderArgs, common: &Common) -> Result<Answer, E
 fn reyes(scene: &SurfaceScene, args: &ReyesArgs, common: &Common) -> Result<Answer, Error> {
     let camera = args.framing(scene)?;
     let shot = camera.shot()?;
-    let (options, dicing, samples) = (common.options(), args.dicing(), args.picture.samples);
+    let (options, dicing, look) = (common.options(), args.dicing(), args.look()?);
     let mut milliseconds = 0.0;
     let (buffer, values) = timed(&mut milliseconds, || -> Result<_, Error> {
         let (buffer, _) = surface_visibility(scene, shot, camera.pixels(), &dicing, &options)?;
-        let values = surface_preview(scene, &camera, &buffer, samples, (&dicing, &options), |_| ())?;
+        let values = surface_preview(scene, &camera, &buffer, &look, (&dicing, &options), |_| ())?;
         Ok((buffer, values))
     })?;
     let (ids, ts) = (buffer.hits.ids().to_vec(), buffer.hits.ts().to_vec());
@@ -131,6 +131,12 @@ pub(crate) struct ShadowSubject<'a> {
 
 impl<'a> ShadowSubject<'a> {
     pub(crate) fn new(scene: &'a Scene, args: &ShadowArgs) -> Result<Self, Error> {
+        if args.is_of_surface() || !args.occluders.is_empty() {
+            return Err(Error::Usage(
+                "trade measures the shadows of a mesh: leave out --subdivide, --displace and --occluders"
+                    .into(),
+            ));
+        }
         let (camera, lights) = (args.camera.camera_beside_cube(scene)?, args.lights.shadow_lights(scene)?);
         let (triangles, shot) = (scene.geometry()?, camera.shot()?);
         let (hits, _) = closest_hit(&triangles, &shot.pencil, &Options::default())?;
@@ -141,7 +147,7 @@ impl<'a> ShadowSubject<'a> {
     /// The mask of each light: exact, or looked up in a cube map where the light's map is asked for.
     fn run(&self, args: &ShadowArgs, options: &Options) -> Result<Answer, Error> {
         let mut counts = MaskCounts::new(&self.camera, self.lights.len());
-        counts.add_seen(&self.shot, &self.hits);
+        counts.add_seen(&self.shot, self.hits.ids());
         let mut milliseconds = 0.0;
         let mut frame = Frame::keeping_order();
         for (index, (&light, receivers)) in self.lights.iter().zip(&self.receivers).enumerate() {

@@ -43,7 +43,7 @@ const LEAST_WIDTH: f64 = 1.0 / (1 << 20) as f64;
 const FILM_REACH: f64 = (TILE_SIDE - 2) as f64;
 
 /// Runs whose footprints are kept: each is met once by a film.
-const KEPT: usize = 1;
+pub(crate) const KEPT: usize = 1;
 
 /// What all clusters share.
 #[derive(Debug, Clone, Copy)]
@@ -127,40 +127,11 @@ impl<'a> ShadowQuery<'a> {
             return stats;
         };
         dispatch!(self.level, simd => work.depth.fill(simd, (receivers, ids), seen, &film.to_tile));
-        let stats = self.tile(&film, work);
+        let stats = block(self.triangles, self.light, self.runs, (self.accuracy, self.level), (&film, work));
         for id in work.depth.shadowed() {
             shadowed[id as usize].store(true, Ordering::Relaxed);
         }
         stats
-    }
-
-    /// Tests all triangles with the receivers of a film.
-    fn tile(self, film: &FaceFilm, work: &mut Workspace<Packets<'a>>) -> Stats {
-        let Self { triangles, light, runs, accuracy, level, .. } = self;
-        let FaceFilm { film, projection, .. } = film;
-        let pixels = &Pixels::new(projection, film, Sampling::Scattered);
-        let bounds = runs.bounds();
-        let sampling = Sampling::Scattered;
-        let query = FilmQuery {
-            triangles,
-            origin: light,
-            film,
-            projection,
-            pixels,
-            bounds,
-            accuracy,
-            level,
-            sampling,
-            any: true,
-        };
-        let start = match light {
-            Origin::Point(_) => Interval { lo: 0.0, hi: 0.0 },
-            // What lies on the way to a receiver has no least t.
-            Origin::Infinity(_) => Interval { lo: f64::NEG_INFINITY, hi: 0.0 },
-        };
-        work.forget_footprints();
-        let rect = Rect { x0: 0, y0: 0, x1: film.width(), y1: film.height() };
-        intersect_objects(&mut Tile::new(query, rect, start, work), runs)
     }
 
     /// Decides one receiver by the general path: where rounding leaves no film.
@@ -173,18 +144,56 @@ impl<'a> ShadowQuery<'a> {
     }
 }
 
+/// Tests all triangles with the receivers of a film.
+pub(crate) fn block(
+    triangles: &Triangles<'_>,
+    light: Origin,
+    runs: &Runs,
+    (accuracy, level): (Accuracy, Level),
+    (film, work): (&FaceFilm, &mut Workspace<Packets<'_>>),
+) -> Stats {
+    let FaceFilm { film, projection, .. } = film;
+    let sampling = Sampling::Scattered;
+    let pixels = &Pixels::new(projection, film, sampling);
+    let bounds = runs.bounds();
+    let query = FilmQuery {
+        triangles,
+        origin: light,
+        film,
+        projection,
+        pixels,
+        bounds,
+        accuracy,
+        level,
+        sampling,
+        any: true,
+    };
+    work.forget_footprints();
+    let rect = Rect { x0: 0, y0: 0, x1: film.width(), y1: film.height() };
+    intersect_objects(&mut Tile::new(query, rect, start(light), work), runs)
+}
+
+/// The t-coordinates at which what may block receivers begins.
+pub(crate) fn start(light: Origin) -> Interval {
+    match light {
+        Origin::Point(_) => Interval { lo: 0.0, hi: 0.0 },
+        // What lies on the way to a receiver has no least t.
+        Origin::Infinity(_) => Interval { lo: f64::NEG_INFINITY, hi: 0.0 },
+    }
+}
+
 /// A film around some receivers.
 #[derive(Debug)]
-struct FaceFilm {
-    film: GridFilm,
-    projection: Projection,
-    to_tile: ToTile,
+pub(crate) struct FaceFilm {
+    pub(crate) film: GridFilm,
+    pub(crate) projection: Projection,
+    pub(crate) to_tile: ToTile,
 }
 
 impl FaceFilm {
     /// The film around what is seen on a plane, given the depth of a point and the greatest. `None` where rounding leaves
     /// none.
-    fn around(
+    pub(crate) fn around(
         light: Origin,
         plane: Plane,
         extent: [[f64; 2]; 2],

@@ -11,14 +11,18 @@
 //! several films that hold the direction the densest counts. From infinity the step is |(B − A)×D|/|D| over the least side
 //! of a pixel. Every step has the same bits from A to B as from B to A, and so has their sum.
 //!
+//! Rays that start all over a box and leave to all sides have no film. Around them a pixel is as wide as they are apart at their
+//! start, or the angle between them times the distance from the box, whichever is more, across any direction.
+//!
 //! Based on: Matthew Fisher et al., "DiagSplit: Parallel, Crack-free, Adaptive Tessellation for Micropolygon Rendering",
 //! 2009 (the length of an edge from samples of it alone).
 
+use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 
 use crate::film::Film;
+use crate::lanes::{LANES, Lanes, Points};
 use crate::pencil::{Origin, Pencil};
-use crate::triangles::widen;
 use crate::{Aabb, Error, GridFilm};
 
 /// Points at which a line is measured.
@@ -35,10 +39,29 @@ struct FilmPixels {
     density: f64,
 }
 
+/// Rays that start all over a box and leave to all sides: how far apart they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Around {
+    /// The box that they start in.
+    pub bounds: Aabb,
+    /// World units between neighbours at their start: positive.
+    pub spacing: f64,
+    /// The angle between neighbours, in radians: farther away they are as far apart as this times the distance from the box.
+    pub angle: f64,
+}
+
+/// Where rays come from.
+#[derive(Debug, Clone, Copy)]
+enum Source {
+    Point(DVec3),
+    Infinity,
+    Box(Around),
+}
+
 /// The density of a pencil's rays.
 #[derive(Debug, Clone)]
 pub(crate) struct Density {
-    origin: Origin,
+    source: Source,
     films: Vec<FilmPixels>,
     /// The unit direction of parallel rays.
     direction: DVec3,
@@ -46,6 +69,7 @@ pub(crate) struct Density {
     outside: f64,
     /// The least angle of a pixel, or its least side at infinity.
     least_pixel: f64,
+    level: Level,
 }
 
 impl Density {
@@ -53,19 +77,33 @@ impl Density {
     ///
     /// # Errors
     /// When a film is scattered: its rays have no density.
-    pub(crate) fn new(pencil: &Pencil) -> Result<Self, Error> {
+    pub(crate) fn new(pencil: &Pencil, level: Level) -> Result<Self, Error> {
         let grid = |film| match film {
             &Film::Grid(film) => Ok(film),
             Film::Scattered(_) => Err(Error::ScatteredDensity),
         };
         let grids: Vec<GridFilm> = pencil.films().iter().map(grid).collect::<Result<_, _>>()?;
         Ok(match pencil.origin() {
-            Origin::Point(_) => Self::from_point(pencil.origin(), &grids),
-            Origin::Infinity(direction) => Self::from_infinity(pencil.origin(), direction, &grids),
+            Origin::Point(eye) => Self::from_point(eye, &grids, level),
+            Origin::Infinity(direction) => Self::from_infinity(direction, &grids, level),
         })
     }
 
-    fn from_point(origin: Origin, grids: &[GridFilm]) -> Self {
+    /// The density of rays that start all over a box.
+    pub(crate) fn around(around: &Around, level: Level) -> Self {
+        let least_pixel = around.spacing;
+        let outside = 1.0 / least_pixel;
+        Self {
+            source: Source::Box(*around),
+            films: Vec::new(),
+            direction: DVec3::ZERO,
+            outside,
+            least_pixel,
+            level,
+        }
+    }
+
+    fn from_point(eye: DVec3, grids: &[GridFilm], level: Level) -> Self {
         let films: Vec<FilmPixels> = grids.iter().map(FilmPixels::new).collect();
         let (mut outside, mut least_pixel) = (f64::INFINITY, f64::INFINITY);
         for film in &films {
@@ -73,10 +111,10 @@ impl Density {
             outside = if film.density < outside { film.density } else { outside };
             least_pixel = if angle < least_pixel { angle } else { least_pixel };
         }
-        Self { origin, films, direction: DVec3::ZERO, outside, least_pixel }
+        Self { source: Source::Point(eye), films, direction: DVec3::ZERO, outside, least_pixel, level }
     }
 
-    fn from_infinity(origin: Origin, direction: DVec3, grids: &[GridFilm]) -> Self {
+    fn from_infinity(direction: DVec3, grids: &[GridFilm], level: Level) -> Self {
         let direction = direction / direction.abs().max_element();
         let direction = direction / length(direction);
         let mut least_pixel = f64::INFINITY;
@@ -87,58 +125,122 @@ impl Density {
                 least_pixel = if side < least_pixel { side } else { least_pixel };
             }
         }
-        Self { origin, films: Vec::new(), direction, outside: 1.0 / least_pixel, least_pixel }
+        let outside = 1.0 / least_pixel;
+        Self { source: Source::Infinity, films: Vec::new(), direction, outside, least_pixel, level }
     }
 
-    /// The length in pixels of a line through some points.
-    pub(crate) fn length(&self, points: &[[f32; 3]; SAMPLES]) -> f64 {
-        let mut steps = [0.0; SAMPLES - 1];
-        let density = match self.origin {
-            Origin::Point(eye) => {
-                let points = points.map(|p| widen(p) - eye);
-                let squares = points.map(|p| dot(p, p));
-                for (k, step) in steps.iter_mut().enumerate() {
-                    *step = angle((points[k], squares[k]), (points[k + 1], squares[k + 1]));
-                }
-                self.towards(points[SAMPLES / 2])
+    /// The lengths in pixels of up to eight lines through some points each.
+    pub(crate) fn lengths(&self, lines: &[[[f32; 3]; SAMPLES]]) -> [f64; LANES] {
+        dispatch!(self.level, simd => self.lengths_lanes(simd, lines))
+    }
+
+    #[inline(always)]
+    fn lengths_lanes<S: Simd>(&self, simd: S, lines: &[[[f32; 3]; SAMPLES]]) -> [f64; LANES] {
+        let mut read = [[[0.0; LANES]; 3]; SAMPLES];
+        for (lane, line) in lines.iter().enumerate().take(LANES) {
+            for (read, point) in read.iter_mut().zip(line) {
+                (0..3).for_each(|k| read[k][lane] = point[k]);
             }
-            Origin::Infinity(_) => {
-                let points = points.map(widen);
-                for (k, step) in steps.iter_mut().enumerate() {
-                    *step = length(cross(points[k + 1] - points[k], self.direction));
+        }
+        let mut points = [Points::splat(simd, DVec3::ZERO); SAMPLES];
+        for (point, read) in points.iter_mut().zip(&read) {
+            *point = Points::widen(simd, read);
+        }
+        let mut steps = [Lanes::simd_from(simd, 0.0); SAMPLES - 1];
+        let density = match self.source {
+            Source::Point(eye) => {
+                let eye = Points::splat(simd, eye);
+                for point in &mut points {
+                    *point = point.minus(eye);
                 }
-                self.outside
+                for (k, step) in steps.iter_mut().enumerate() {
+                    *step = angles(simd, points[k], points[k + 1]);
+                }
+                self.towards(simd, points[SAMPLES / 2])
+            }
+            Source::Box(around) => {
+                for (k, step) in steps.iter_mut().enumerate() {
+                    *step = sizes(points[k + 1].minus(points[k]));
+                }
+                around.densities(simd, points[SAMPLES / 2])
+            }
+            Source::Infinity => {
+                let direction = Points::splat(simd, self.direction);
+                for (k, step) in steps.iter_mut().enumerate() {
+                    *step = sizes(points[k + 1].minus(points[k]).cross(direction));
+                }
+                Lanes::simd_from(simd, self.outside)
             }
         };
         // The same from either end.
-        ((steps[0] + steps[3]) + (steps[1] + steps[2])) * density
+        (((steps[0] + steps[3]) + (steps[1] + steps[2])) * density).to_array()
     }
 
-    /// Pixels per unit of angle in a direction.
-    fn towards(&self, direction: DVec3) -> f64 {
-        let size = length(direction);
-        let mut densest = 0.0;
+    /// Pixels per unit of angle in eight directions.
+    #[inline(always)]
+    fn towards<S: Simd>(&self, simd: S, direction: Points<S>) -> Lanes<S> {
+        let (size, zero) = (sizes(direction), Lanes::simd_from(simd, 0.0));
+        let mut densest = zero;
         for film in &self.films {
-            let cosine = dot(direction, film.axis) / size;
-            if cosine >= film.least_cosine {
-                let density = film.density / (cosine * cosine.sqrt());
-                densest = if density > densest { density } else { densest };
-            }
+            let cosine = direction.dot(film.axis) / size;
+            let density = Lanes::simd_from(simd, film.density) / (cosine * cosine.sqrt());
+            let counts = cosine.simd_ge(film.least_cosine) & density.simd_gt(densest);
+            densest = counts.select(density, densest);
         }
-        if densest > 0.0 { densest } else { self.outside }
+        densest.simd_gt(zero).select(densest, Lanes::simd_from(simd, self.outside))
     }
 
     /// The least distance between neighbouring rays within a box, in world units.
     pub(crate) fn spacing(&self, bounds: &Aabb) -> f64 {
-        let Origin::Point(eye) = self.origin else { return self.least_pixel };
         let (lo, hi) = bounds.corners();
-        let gap = |k: usize| {
-            let (below, above) = (lo[k] - eye[k], eye[k] - hi[k]);
-            let gap = if below > above { below } else { above };
-            if gap > 0.0 { gap } else { 0.0 }
-        };
-        length(DVec3::new(gap(0), gap(1), gap(2))) * self.least_pixel
+        match self.source {
+            Source::Point(eye) => gap([lo, hi], [eye; 2]) * self.least_pixel,
+            Source::Infinity => self.least_pixel,
+            Source::Box(around) => around.pixel([lo, hi]),
+        }
     }
+}
+
+impl Around {
+    /// Rays per unit at eight points.
+    #[inline(always)]
+    fn densities<S: Simd>(&self, simd: S, at: Points<S>) -> Lanes<S> {
+        let (lo, hi) = self.bounds.corners();
+        let mut square = Lanes::simd_from(simd, 0.0);
+        for (x, lo, hi) in [(at.x, lo.x, hi.x), (at.y, lo.y, hi.y), (at.z, lo.z, hi.z)] {
+            let gap = (x - hi).max(lo - x).max(0.0);
+            square += gap * gap;
+        }
+        let wide = square.sqrt() * self.angle;
+        Lanes::simd_from(simd, 1.0) / wide.max(self.spacing)
+    }
+
+    /// How far apart the rays are where they come to a box, at least.
+    fn pixel(&self, ends: [DVec3; 2]) -> f64 {
+        let (lo, hi) = self.bounds.corners();
+        let wide = gap(ends, [lo, hi]) * self.angle;
+        if wide > self.spacing { wide } else { self.spacing }
+    }
+
+    /// Whether pixels have a size.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let is_size = self.spacing > 0.0 && self.spacing.is_finite();
+        if is_size && self.angle >= 0.0 && self.angle.is_finite() && !self.bounds.is_empty() {
+            Ok(())
+        } else {
+            Err(Error::Spacing { spacing: self.spacing, angle: self.angle })
+        }
+    }
+}
+
+/// The distance between two boxes.
+pub(crate) fn gap([lo, hi]: [DVec3; 2], [other_lo, other_hi]: [DVec3; 2]) -> f64 {
+    let gap = |k: usize| {
+        let (below, above) = (lo[k] - other_hi[k], other_lo[k] - hi[k]);
+        let gap = if below > above { below } else { above };
+        if gap > 0.0 { gap } else { 0.0 }
+    };
+    length(DVec3::new(gap(0), gap(1), gap(2)))
 }
 
 impl FilmPixels {
@@ -161,18 +263,20 @@ impl FilmPixels {
     }
 }
 
-/// The sine of the angle between two vectors given with their squares; 2 less that where the angle is obtuse.
-fn angle((a, a_square): (DVec3, f64), (b, b_square): (DVec3, f64)) -> f64 {
-    let normal = cross(a, b);
-    let sine = (dot(normal, normal) / (a_square * b_square)).sqrt();
-    if sine.is_nan() {
-        // One of them is zero: the line ends at the eye.
-        0.0
-    } else if dot(a, b) < 0.0 {
-        2.0 - sine
-    } else {
-        sine
-    }
+/// The sines of the angles between vectors; 2 less that where the angle is obtuse.
+#[inline(always)]
+fn angles<S: Simd>(simd: S, a: Points<S>, b: Points<S>) -> Lanes<S> {
+    let normal = a.cross(b);
+    let sine = (normal.dot_lanes(normal) / (a.dot_lanes(a) * b.dot_lanes(b))).sqrt();
+    let obtuse = a.dot_lanes(b).simd_lt(0.0);
+    // NaN where one of them is zero: the line ends at the eye.
+    sine.simd_eq(sine).select(obtuse.select(2.0 - sine, sine), Lanes::simd_from(simd, 0.0))
+}
+
+/// The lengths of vectors.
+#[inline(always)]
+fn sizes<S: Simd>(a: Points<S>) -> Lanes<S> {
+    a.dot_lanes(a).sqrt()
 }
 
 /// a·b, summed in order.

@@ -3,7 +3,7 @@
 //! For tests, and as input of other engines. The recursion makes the same triangles where they matter only, see
 //! [`crate::reyes`].
 
-use fearless_simd::{dispatch, prelude::*};
+use fearless_simd::{Level, dispatch, prelude::*};
 use rayon::prelude::*;
 
 use crate::density::Density;
@@ -123,7 +123,7 @@ pub fn dice_all<S: OnDemand>(
     dicing: &Dicing,
 ) -> Result<DicedTriangles, Error> {
     dicing.check()?;
-    let density = Density::new(pencil)?;
+    let density = Density::new(pencil, Level::new())?;
     if pencil.is_empty() {
         return Ok(DicedTriangles::default());
     }
@@ -208,7 +208,7 @@ pub(crate) fn see_all<S: OnDemand>(
     let diced = dice_all(surfaces, pencil, dicing)?;
     let triangles = Triangles::new(&diced.positions, &diced.indices)?;
     let (hits, stats) = closest_hit(&triangles, pencil, options)?;
-    let mut seen = SurfaceHits::with_room(pencil.len());
+    let mut seen = SurfaceHits::with_room(pencil.len(), dicing.keep_corners);
     let level = check_call(pencil.len(), options)?;
     let mut row = seen.row();
     for first in (0..pencil.len()).step_by(LANES) {
@@ -246,5 +246,5 @@ fn see_eight<S: Simd>(
         z: Lanes::load_array(simd, z),
     });
     let sights = seen.along(simd, rays, hit, |lane| pencil.ray(first + lane));
-    row.put(first, hit, &ids, &sights);
+    row.put(first, hit, (&ids, &seen), &sights);
 }

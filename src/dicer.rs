@@ -15,11 +15,13 @@ pub struct Dicing {
     /// The edge of a micropolygon in pixels: 0.5 unless told otherwise, between 2⁻⁶ and 2¹². Edges come out between
     /// 1/√2 and √2 times that, as far as they can be measured from a few points.
     pub shading_rate: f64,
+    /// Whether hits keep the corners of their micropolygons, as shadows need them: 36 bytes a ray.
+    pub keep_corners: bool,
 }
 
 impl Default for Dicing {
     fn default() -> Self {
-        Self { shading_rate: 0.5 }
+        Self { shading_rate: 0.5, keep_corners: false }
     }
 }
 
@@ -139,12 +141,14 @@ impl<'a, S: OnDemand> Dicer<'a, S> {
         }
         self.points.clear();
         self.surfaces.evaluate(object, &self.parameters, &mut self.points);
-        let mut measured = self.points.as_chunks::<SAMPLES>().0.iter();
+        // At most six lines.
+        let measured = self.points.as_chunks::<SAMPLES>().0;
+        let mut lengths = self.density.lengths(measured).into_iter().take(measured.len());
         for (axis, which) in lines {
             let rate = &mut part.rates[axis][which];
             if *rate == Rate::NONE {
                 // Points that are missing are an error when the part is diced.
-                let length = measured.next().map_or(0.0, |points| self.density.length(points));
+                let length = lengths.next().unwrap_or(0.0);
                 *rate = Rate::of(part.sides[axis], length / self.shading_rate);
             }
         }

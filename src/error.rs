@@ -107,6 +107,17 @@ pub enum Error {
         rate: f64,
     },
 
+    /// Rays that are no distance apart.
+    #[error(
+        "rays {spacing} units and {angle} radians apart have no density: both must be finite, the first above 0"
+    )]
+    Spacing {
+        /// World units.
+        spacing: f64,
+        /// Radians.
+        angle: f64,
+    },
+
     /// A surface that gave a point with a NaN or an infinite coordinate.
     #[error("surface {surface} is not finite at (u, v) = {parameters:?}: {position:?}")]
     SurfacePoint {

@@ -131,7 +131,7 @@ impl TileSamples {
                 // In range: fewer than eight columns.
                 let ray = |lane: usize| tile.ray([x + lane as u32, y]);
                 let sights = seen.along(simd, tile.eight_rays(simd, [x, y]), hit, ray);
-                row.put(x as usize, hit, &ids, &sights);
+                row.put(x as usize, hit, (&ids, &seen), &sights);
             }
         }
     }

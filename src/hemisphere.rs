@@ -246,6 +246,11 @@ impl OpenRays {
         &self.words[receiver * count..][..count]
     }
 
+    /// Closes the rays that are not open among others of the same receivers.
+    pub fn retain(&mut self, others: &Self) {
+        self.words.iter_mut().zip(&others.words).for_each(|(word, other)| *word &= other);
+    }
+
     /// Whether a ray of a receiver is open.
     ///
     /// # Panics

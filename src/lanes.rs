@@ -104,6 +104,16 @@ impl<S: Simd> Points<S> {
         self.x + self.y + self.z
     }
 
+    /// The cross product, lane by lane.
+    #[inline(always)]
+    pub(crate) fn cross(self, other: Self) -> Self {
+        Self {
+            x: self.y * other.z - self.z * other.y,
+            y: self.z * other.x - self.x * other.z,
+            z: self.x * other.y - self.y * other.x,
+        }
+    }
+
     /// The dot product with one point.
     #[inline(always)]
     pub(crate) fn dot(self, p: DVec3) -> Lanes<S> {

@@ -107,6 +107,11 @@ impl<D> Workspace<D> {
     pub(crate) fn forget_footprints(&mut self) {
         self.footprints.forget();
     }
+
+    /// Readies the workspace for other triangles, of which there is one at least: lanes that wait for none name old ones.
+    pub(crate) fn forget_triangles(&mut self) {
+        self.waiting.ids = [0; LANES];
+    }
 }
 
 /// Triangles that may meet a tile and wait for more.

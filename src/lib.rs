@@ -12,6 +12,7 @@
 
 mod ambient;
 mod approx;
+mod batch;
 mod blocks;
 mod bounds;
 mod bundle_leaf;
@@ -49,6 +50,7 @@ mod lanes;
 mod leaf;
 mod light_order;
 mod micropolygon;
+mod occlusion_on_demand;
 mod on_demand;
 mod options;
 mod order;
@@ -80,6 +82,7 @@ mod scattered;
 mod segment;
 mod setup;
 mod shadow;
+mod shadow_on_demand;
 mod shaft;
 mod sightings;
 mod sights;
@@ -113,9 +116,12 @@ pub use bounds::Aabb;
 pub use cone::Cone;
 pub use frustum::Frustum;
 
+pub use density::Around;
 pub use diced::{DicedTriangles, dice_all};
 pub use dicer::Dicing;
+pub use occlusion_on_demand::open_rays_on_demand;
 pub use reyes::closest_hit_on_demand;
+pub use shadow_on_demand::shadowed_on_demand;
 pub use surface_hits::SurfaceHits;
 
 pub use frame::Frame;

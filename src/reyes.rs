@@ -55,7 +55,7 @@ pub fn closest_hit_on_demand<S: OnDemand>(
 ) -> Result<(SurfaceHits, Stats), Error> {
     let level = check_call(pencil.len(), options)?;
     dicing.check()?;
-    let density = Density::new(pencil)?;
+    let density = Density::new(pencil, level)?;
     match options.path {
         Path::Pencil => in_pool(|| see(surfaces, pencil, (&density, dicing), level))?,
         Path::General => diced::see_all(surfaces, pencil, dicing, options),
@@ -114,7 +114,7 @@ fn see<S: OnDemand>(
     (density, dicing): (&Density, &Dicing),
     level: Level,
 ) -> Result<(SurfaceHits, Stats), Error> {
-    let mut hits = SurfaceHits::with_room(pencil.len());
+    let mut hits = SurfaceHits::with_room(pencil.len(), dicing.keep_corners);
     let grids = || {
         pencil.films().iter().filter_map(|film| match film {
             Film::Grid(film) => Some(film),

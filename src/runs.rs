@@ -68,6 +68,13 @@ pub(crate) struct Order {
     triangles: usize,
 }
 
+impl Order {
+    /// The order of the file.
+    pub(crate) fn as_given(triangles: usize) -> Self {
+        Self { places: Vec::new(), triangles }
+    }
+}
+
 /// Triangles in an order, with the boxes of the implicit hierarchy over it.
 #[derive(Debug)]
 pub(crate) struct Runs {

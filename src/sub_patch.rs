@@ -61,7 +61,8 @@ impl Dyadic {
 
 /// index/2^level: exact.
 fn dyadic(index: u64, level: u8) -> f64 {
-    index as f64 * (1.0 / (1_u64 << level) as f64)
+    // The bits of 2^−level.
+    index as f64 * f64::from_bits((1023 - u64::from(level)) << 52)
 }
 
 /// 2^s segments per unit of a parameter, or none yet.

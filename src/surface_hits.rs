@@ -2,7 +2,7 @@
 
 use crate::hits::NO_TRIANGLE;
 use crate::lanes::{LANES, bits};
-use crate::sights::Sights;
+use crate::sights::{Seen, Sights};
 use crate::window::Rect;
 
 /// The nearest surfaces of a set of rays, in the order of the rays.
@@ -12,16 +12,18 @@ pub struct SurfaceHits {
     pub(crate) ts: Vec<f32>,
     pub(crate) uvs: Vec<[f32; 2]>,
     pub(crate) normals: Vec<[f32; 3]>,
+    pub(crate) corners: Vec<[[f32; 3]; 3]>,
 }
 
 impl SurfaceHits {
     /// Room for some rays that are all going to be written. New memory is made of zeros that nobody has touched yet.
-    pub(crate) fn with_room(rays: usize) -> Self {
+    pub(crate) fn with_room(rays: usize, corners: bool) -> Self {
         Self {
             ids: vec![0; rays],
             ts: vec![0.0; rays],
             uvs: vec![[0.0; 2]; rays],
             normals: vec![[0.0; 3]; rays],
+            corners: vec![[[0.0; 3]; 3]; if corners { rays } else { 0 }],
         }
     }
 
@@ -61,10 +63,17 @@ impl SurfaceHits {
         &self.normals
     }
 
+    /// The corners of the micropolygons that are seen, as [`Triangles::leave`](crate::Triangles::leave) needs them: zeros where
+    /// there is a miss. Empty unless [`Dicing::keep_corners`](crate::Dicing::keep_corners) was asked for.
+    #[must_use]
+    pub fn corners(&self) -> &[[[f32; 3]; 3]] {
+        &self.corners
+    }
+
     /// All hits as one row.
     pub(crate) fn row(&mut self) -> SurfaceRow<'_> {
-        let Self { ids, ts, uvs, normals } = self;
-        SurfaceRow { ids, ts, uvs, normals }
+        let Self { ids, ts, uvs, normals, corners } = self;
+        SurfaceRow { ids, ts, uvs, normals, corners }
     }
 }
 
@@ -75,18 +84,29 @@ pub(crate) struct SurfaceRow<'a> {
     pub(crate) ts: &'a mut [f32],
     pub(crate) uvs: &'a mut [[f32; 2]],
     pub(crate) normals: &'a mut [[f32; 3]],
+    /// Empty where nobody wants them.
+    pub(crate) corners: &'a mut [[[f32; 3]; 3]],
 }
 
 impl SurfaceRow<'_> {
     /// Writes what some of eight rays from one on see.
     #[inline(always)]
-    pub(crate) fn put(&mut self, first: usize, lanes: u64, ids: &[u32; LANES], sights: &Sights) {
+    pub(crate) fn put(
+        &mut self,
+        first: usize,
+        lanes: u64,
+        (ids, seen): (&[u32; LANES], &Seen),
+        sights: &Sights,
+    ) {
         let Sights { ts, uvs, normals } = sights;
         for lane in bits(lanes) {
             let ray = first + lane;
             (self.ids[ray], self.ts[ray]) = (ids[lane], ts[lane]);
             self.uvs[ray] = uvs.each_ref().map(|part| part[lane]);
             self.normals[ray] = normals.each_ref().map(|part| part[lane]);
+            if let Some(corners) = self.corners.get_mut(ray) {
+                *corners = seen.corners.map(|corner| corner[lane]);
+            }
         }
     }
 
@@ -106,9 +126,11 @@ impl SurfaceRow<'_> {
         let (ts, more_ts) = self.ts.split_at_mut(rays);
         let (uvs, more_uvs) = self.uvs.split_at_mut(rays);
         let (normals, more_normals) = self.normals.split_at_mut(rays);
+        let kept = rays.min(self.corners.len());
+        let (corners, more_corners) = self.corners.split_at_mut(kept);
         [
-            Self { ids, ts, uvs, normals },
-            Self { ids: more_ids, ts: more_ts, uvs: more_uvs, normals: more_normals },
+            Self { ids, ts, uvs, normals, corners },
+            Self { ids: more_ids, ts: more_ts, uvs: more_uvs, normals: more_normals, corners: more_corners },
         ]
     }
 }

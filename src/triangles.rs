@@ -46,6 +46,12 @@ impl<'a> Triangles<'a> {
         Ok(Self { positions, indices })
     }
 
+    /// Appends a copy of all of them.
+    pub(crate) fn append_to(&self, positions: &mut Vec<[f32; 3]>, indices: &mut Vec<[u32; 3]>) {
+        positions.extend_from_slice(self.positions);
+        indices.extend_from_slice(self.indices);
+    }
+
     /// The number of triangles.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -2,6 +2,8 @@
 
 #![expect(clippy::print_stdout, reason = "with --nocapture the counts are the result")]
 
+#[path = "reyes/shadows.rs"]
+mod shadows;
 #[path = "reyes/surfaces.rs"]
 mod surfaces;
 
@@ -51,7 +53,7 @@ fn of_spheres(spheres: &[Sphere]) -> Surfaces {
 }
 
 fn rated(shading_rate: f64) -> Dicing {
-    Dicing { shading_rate }
+    Dicing { shading_rate, ..Dicing::default() }
 }
 
 fn see(surfaces: &Surfaces, pencil: &Pencil, dicing: &Dicing) -> (SurfaceHits, Stats) {

@@ -165,3 +165,60 @@ fn ortho_pictures_and_cubes() {
     // From inside a closed surface there is no way out.
     assert!(cube.f32().iter().all(|d| d.is_finite()));
 }
+
+/// Jittered samples follow their seed, and converge to the picture that the regular ones converge to.
+#[test]
+fn jitter() {
+    let place = place();
+    let line = "reyes cube.obj --subdivide --size 40x30 --shading-rate 2";
+    let picture = |more: &str| {
+        place.quiet_run(&format!("{line} {more} -o a.npy"));
+        place.npy("a.npy").f32()
+    };
+    let (one, same) = (picture("--samples 4 --jitter --seed 3"), picture("--samples 4 --jitter --seed 3"));
+    assert_eq!(one, same);
+    assert_ne!(one, picture("--samples 4 --jitter --seed 4"));
+    assert_eq!(picture("--samples 4 --jitter"), picture("--samples 4 --jitter --seed 0"));
+    let reference = picture("--samples 256");
+    let error = |picture: &[f32]| {
+        let squares = picture.iter().zip(&reference).map(|(a, b)| f64::from(a - b) * f64::from(a - b));
+        (squares.sum::<f64>() / reference.len() as f64).sqrt()
+    };
+    let errors = [1, 4, 16, 64].map(|n| error(&picture(&format!("--samples {n} --jitter --seed 1"))));
+    assert!(errors.windows(2).all(|pair| pair[1] < 0.8 * pair[0]), "{errors:?}");
+    assert!(errors[3] < 0.01, "{errors:?}");
+    refused(&place.run(&format!("{line} --seed 3")), 2, &["--jitter"], "a seed alone");
+}
+
+/// A cage with creases for ever on all its edges is its own surface.
+#[test]
+fn creases_of_an_obj() {
+    let place = place();
+    let edges =
+        [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
+    let tags: String = edges.iter().map(|[a, b]| format!("t crease 2/1/0 {a} {b} 10\n")).collect();
+    place.put("sharp.obj", format!("{CUBE}{tags}t interpolateboundary 1/0/0 2\n"));
+    place.put("corners.obj", format!("{CUBE}t corner 8/1/0 0 1 2 3 4 5 6 7 10\n"));
+    let depth = |line: &str| {
+        place.quiet_run(&format!("reyes {line} --size 60x45 --aov depth=d.npy"));
+        place.npy("d.npy").f32()
+    };
+    let (flat, sharp) = (depth("cube.obj"), depth("sharp.obj --subdivide --eye 4,3,5"));
+    assert!(depth("cube.obj --eye 4,3,5").iter().zip(&sharp).all(|(a, b)| a == b || (a - b).abs() < 1e-5));
+    assert_eq!(flat.len(), sharp.len());
+    // The corners stay where they are, and the edges are round.
+    let round = depth("cube.obj --subdivide --eye 4,3,5");
+    let cornered = depth("corners.obj --subdivide --eye 4,3,5");
+    let hits = |depth: &[f32]| depth.iter().filter(|d| d.is_finite()).count();
+    assert!(hits(&round) < hits(&cornered) && hits(&cornered) < hits(&sharp));
+    for (tag, named) in [
+        ("t crease 2/1/0 0 8 2", "no vertex 8"),
+        ("t crease 2/1/0 0 1 -2", "sharpness -2"),
+        ("t crease 2/1/0 0 1", "t crease 2/1/0 4 7 2.5"),
+        ("t crease", "t crease 2/1/0 4 7 2.5"),
+        ("t corner 1/1/0 x 2", "vertices counted from 0"),
+    ] {
+        place.put("bad.obj", format!("{CUBE}{tag}\n"));
+        refused(&place.run("reyes bad.obj --subdivide"), 3, &["bad.obj:19", named], tag);
+    }
+}

@@ -22,6 +22,8 @@ mod oracle;
 mod refusals;
 mod sides;
 mod support;
+#[path = "shadow/surfaces.rs"]
+mod surfaces;
 
 /// A floor of 20 x 20 at y = 0, and above it, at y = 2, a triangle. Both face up.
 const FLOOR: &str = "\

@@ -1,6 +1,6 @@
 //! What occludes: backs of triangles, a ground plane, further scenes.
 
-use crate::support::Place;
+use crate::support::{Place, teapot_obj};
 use crate::{CEILING, CUBE, FLOOR, npy_points};
 
 const SIDES: [[f32; 6]; 3] = [
@@ -106,4 +106,47 @@ fn further_scenes() {
     place.put("all.obj", all);
     assert_eq!(two, bake(&place, "all.obj --vertices --set independent")[..5]);
     place.quiet_run("bake floor.obj --vertices --occluders builtin:cornell -o a.npy");
+}
+
+/// Surfaces on demand occlude as their fine tessellation does, for any way to share directions.
+#[test]
+fn surfaces_on_demand() {
+    let place = place();
+    place.put("teapot.obj", teapot_obj());
+    let mut grid = String::new();
+    for k in 0..81 {
+        grid += &format!("v {} -0.01 {}\n", k % 9 - 4, k / 9 - 4);
+    }
+    for k in (1..72).filter(|k| k % 9 != 0) {
+        grid += &format!("f {} {} {} {}\n", k, k + 9, k + 10, k + 1);
+    }
+    place.put("grid.obj", grid);
+    for more in ["", "--max-distance 1.5", "--set interleaved", "--set independent", "--ignore-back-faces"] {
+        let line = format!("grid.obj --vertices --rays 96 {more} --occluders");
+        let (got, expected) =
+            (bake(&place, &format!("{line} builtin:teapot")), bake(&place, &format!("{line} teapot.obj")));
+        let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
+        assert!(mean(&expected) < 0.98, "{more}: {}", mean(&expected));
+        assert!((mean(&got) - mean(&expected)).abs() < 0.002, "{more}");
+        for (k, (got, expected)) in got.iter().zip(&expected).enumerate() {
+            assert!((got - expected).abs() < 0.04, "{more} {k}: {got} for {expected}");
+        }
+    }
+    let line = "bake grid.obj --vertices --rays 64 --occluders teapot.obj --displace noise:3 --height 0.1";
+    place.quiet_run(&format!("{line} -o 1.npy --threads 1"));
+    // How receivers are cut into pieces changes nothing.
+    for more in ["--threads 3", "--isa sse2", "--path general"] {
+        place.quiet_run(&format!("{line} -o 2.npy {more}"));
+        assert!(place.bytes("1.npy") == place.bytes("2.npy"), "{more}");
+    }
+    for (line, named) in [
+        ("--displace noise:3 --height 1", "--occluders"),
+        ("--occluders cube.obj --displace noise:3", "--height"),
+        ("--occluders builtin:teapot --max-error 1%", "--max-error"),
+        ("--occluders builtin:kettle", "builtin:kettle"),
+    ] {
+        let run = place.run(&format!("bake grid.obj --vertices {line} -o no.npy"));
+        assert_eq!(run.code, Some(2), "{line}: {}", run.stderr);
+        assert!(run.stderr.contains(named), "{line}: {}", run.stderr);
+    }
 }

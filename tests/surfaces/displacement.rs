@@ -1,7 +1,10 @@
 //! Displacement against formulas, and height maps.
 
 use umbel::glam::DVec3;
-use umbel::{DisplacedMesh, Displacement, Error, HeightMap, Noise, OnDemand, Relief, write_png_rgb8};
+use umbel::{
+    Channel, DisplacedMesh, Displacement, Error, HeightMap, Noise, OnDemand, Relief, Samples, write_exr,
+    write_png_rgb8,
+};
 
 use crate::meshes::{cube, sphere};
 use crate::support::{Place, Random};
@@ -120,4 +123,32 @@ fn missing_and_truncated_maps_are_refused() {
             other => panic!("{name}: {:?}", other.map(|_| ())),
         }
     }
+}
+
+/// An EXR has its heights as they are, in a channel Y, R, or the only one.
+#[test]
+fn maps_of_floats() {
+    let place = Place::new();
+    let heights = [0.25, -3.0, 17.5, 0.0];
+    let path = place.path("map.exr");
+    let channel =
+        |name: &str, samples: &[f32]| Channel { name: name.into(), samples: Samples::F32(samples.to_vec()) };
+    let other = [9.0; 4];
+    for channels in [
+        vec![channel("height", &heights)],
+        vec![channel("B", &other), channel("R", &heights)],
+        vec![channel("R", &other), channel("Y", &heights)],
+    ] {
+        write_exr(&path, 2, 2, channels).expect("written");
+        assert_eq!(HeightMap::read(&path).expect("a map"), HeightMap::new(2, &heights));
+    }
+    for (channels, words) in [
+        (vec![channel("G", &other), channel("B", &other)], "B, G"),
+        (vec![channel("Y", &[0.0, 1.0, 2.0, f32::NAN])], "column 1 of row 1"),
+    ] {
+        write_exr(&path, 2, 2, channels).expect("written");
+        let error = HeightMap::read(&path).expect_err("refused").to_string();
+        assert!(error.contains(words) && error.contains("map.exr"), "{error}");
+    }
+    assert!(HeightMap::read(&place.path("none.exr")).is_err());
 }
