@@ -139,6 +139,15 @@ impl BakeArgs {
                 self.outputs().next().is_none(),
                 "nothing to do: give -o FILE.png or FILE.ply, --bent FILE.npy, --coverage FILE or --dump-rays FILE.npy",
             ),
+            (
+                self.sampling.has_maps() && self.dial.goal().is_some(),
+                "--max-error and --time-budget choose the number of exact rays: leave out --depth-maps, whose error no number \
+                 of rays makes smaller",
+            ),
+            (
+                self.sampling.has_maps() && self.occluders.ignore_back_faces,
+                "--depth-maps: a map knows only the outermost surface, whichever side it shows: leave out --ignore-back-faces",
+            ),
             (receivers.points.is_none() && receivers.point_ids.is_some(), "--point-ids goes with --points"),
             (
                 receivers.points.is_none() && receivers.bias != 0.0,
@@ -185,6 +194,11 @@ impl BakeArgs {
         twice.map_or(Ok(()), |k| {
             Err(Error::Usage(format!("{}: two outputs have this name", files[k].display())))
         })
+    }
+
+    /// Whether depth maps could take the place of rays, whatever the number of rays.
+    pub(crate) fn takes_maps(&self) -> bool {
+        self.sampling.takes_maps() && !self.occluders.ignore_back_faces
     }
 
     /// What is baked, and how: distances are measured in the scene.

@@ -71,7 +71,7 @@ pub(crate) fn trade(args: &TradeArgs, common: &Common) -> Result<(), Error> {
             let (source, triangles) = (Source::new(verb, &scene)?, occluders.geometry()?);
             let canvas = Canvas::of_source(&source, &scene)?;
             let subject = BakeSubject { scene: &scene, source, triangles, piece };
-            measure(args, common, &scene, &Subject::Bake(subject), (&canvas, false))
+            measure(args, common, &scene, &Subject::Bake(subject), (&canvas, verb.takes_maps()))
         }
         Command::Render(verb) => {
             let camera = verb.camera.camera(&scene)?;
@@ -155,7 +155,7 @@ fn measure(
     common: &Common,
     scene: &Scene,
     subject: &Subject<'_>,
-    (canvas, has_cubes): (&Canvas, bool),
+    (canvas, has_maps): (&Canvas, bool),
 ) -> Result<(), Error> {
     let own = output_words(args);
     let more = |option: &str| [own.clone(), vec![option.to_owned(), args.reference().to_string()]].concat();
@@ -175,7 +175,7 @@ fn measure(
         !options.into_iter().any(fixed)
     };
     let varied: Vec<Setting> =
-        settings(args.mode, has_cubes, output_of(args)).into_iter().filter(is_free).collect();
+        settings(args.mode, has_maps, output_of(args)).into_iter().filter(is_free).collect();
     let Some(default) = varied.iter().position(|setting| setting.is_default) else {
         let what = "--samples of render and reyes, --shading-rate of reyes and --rays of bake are varied by trade itself: leave them out behind --";
         return Err(Error::Usage(what.into()));
@@ -241,7 +241,7 @@ impl Point {
     fn compare(&mut self, answer: &Answer, of: (&Answer, &Answer), channels: usize, canvas: &Canvas) {
         let (reference, default) = of;
         self.hash = Some(answer.hash());
-        self.repeats = self.setting.changes == Changes::Answer || self.hash == Some(default.hash());
+        self.repeats = self.setting.changes.allows(answer, default);
         self.errors = Differences::between(&answer.values, &reference.values, channels);
         if self.setting.is_fast {
             let count = |pairs: &mut dyn Iterator<Item = bool>| pairs.filter(|&differs| differs).count();
@@ -315,8 +315,14 @@ fn write(args: &TradeArgs, found: Findings) -> Result<(), Error> {
     args.json.as_ref().map_or(Ok(()), |path| text(path, format!("{:#}\n", trade_report::json(&found))))?;
     args.plot.as_ref().map_or(Ok(()), |path| text(path, trade_plot::front(&found, true).into_string()))?;
     text(&args.output, trade_html::page(&found).into_string())?;
+    let checked = found.points.iter().map(|point| (point.command.as_str(), point.same_bytes));
+    verdict(checked, &args.output)
+}
+
+/// Fails where a setting, given by its command line, did not give the bytes that it has to give.
+fn verdict<'a>(checked: impl Iterator<Item = (&'a str, bool)>, page: &std::path::Path) -> Result<(), Error> {
     let broken: Vec<&str> =
-        found.points.iter().filter(|point| !point.same_bytes).map(|point| point.command.as_str()).collect();
+        checked.filter(|(_, same_bytes)| !same_bytes).map(|(command, _)| command).collect();
     if broken.is_empty() {
         return Ok(());
     }
@@ -324,6 +330,35 @@ fn write(args: &TradeArgs, found: Findings) -> Result<(), Error> {
         "these settings changed the answer, or gave another one each time, and may change the time only:\n  {}\n\
          {} says more; please report this",
         broken.join("\n  "),
-        args.output.display()
+        page.display()
     )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a time-only setting may not do, down to one bit of one number, ends the command with exit code 5.
+    #[test]
+    fn other_bytes_are_a_failure() {
+        let default = Answer { values: vec![0.0, 0.5], ids: vec![7], ts: vec![1.0], milliseconds: 1.0 };
+        let again = Answer { values: vec![0.0, 0.5], ids: vec![7], ts: vec![1.0], milliseconds: 2.0 };
+        let others = [
+            Answer { values: vec![-0.0, 0.5], ids: vec![7], ts: vec![1.0], milliseconds: 1.0 },
+            Answer { values: vec![0.0, 0.5], ids: vec![8], ts: vec![1.0], milliseconds: 1.0 },
+            Answer { values: vec![0.0, 0.5], ids: vec![7], ts: vec![1.0_f32.next_up()], milliseconds: 1.0 },
+        ];
+        let page = std::path::Path::new("trade.html");
+        let command = "umbel render builtin:umbel --threads 2";
+        let judged = |changes: Changes, answer: &Answer| {
+            verdict([(command, changes.allows(answer, &default))].into_iter(), page)
+        };
+        assert!(judged(Changes::TimeOnly, &again).is_ok());
+        for other in &others {
+            assert!(judged(Changes::Answer, other).is_ok());
+            let failed = judged(Changes::TimeOnly, other).expect_err("other bytes");
+            assert_eq!(failed.exit_code(), 5);
+            assert!(failed.to_string().contains(command) && failed.to_string().contains("trade.html"));
+        }
+    }
 }
