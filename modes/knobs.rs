@@ -108,7 +108,7 @@ pub(crate) fn settings(mode: ModeArg, has_maps: bool, output: &str) -> Vec<Setti
             };
             let with_maps = |n: &u32| {
                 let words = format!("--rays 64 --depth-maps {n}");
-                answer("64 rays by depth maps, texels per side", n.to_string(), words)
+                answer("64 rays, depth maps of", n.to_string(), words)
             };
             let maps = DEPTH_MAPS.iter().filter(|_| has_maps).map(with_maps);
             SETS.iter().flat_map(of_set).chain(maps).collect()
