@@ -25,6 +25,8 @@ use crate::Error;
 use crate::ambient::{Sums, dot, weigh_own, weigh_shared};
 use crate::bake_occluders::BakeOccluders;
 use crate::bake_options::BakeOptions;
+use crate::depth_maps::DepthMaps;
+use crate::map_places::Places;
 use crate::sample_sets::{INTERLEAVED, OwnSets, SampleSet, set_of, sphere_sets};
 
 /// Rays of one call of the engine that are worth their fixed cost, and that a user does not wait long for.
@@ -136,14 +138,23 @@ impl Bake {
         let picked = if self.sets.len() > 1 { receiver + 16 } else { 0 };
         let own = if self.sets.is_empty() { OwnSets::RECEIVER_BYTES } else { 0 };
         let traced = if self.options.traced { 3 * RAY_BYTES * self.directions() } else { 0 };
-        receiver + bits + values + picked + own + traced + ENGINE_BYTES
+        let maps = self.options.depth_maps.map_or(0, |_| bits + Places::RECEIVER_BYTES);
+        receiver + bits + values + picked + own + traced + maps + ENGINE_BYTES
+    }
+
+    /// Bytes that depth maps take beside that.
+    #[must_use]
+    pub fn map_bytes(&self) -> u64 {
+        self.options.depth_maps.map_or(0, DepthMaps::bytes)
     }
 
     /// How many receivers to take at once: so many that the engine is busy, at most what `bytes` hold; but a few in any case.
     #[must_use]
     pub fn piece(&self, bytes: u64) -> usize {
         let calls = self.sets.len().max(1) as u64;
-        let busy = RAYS_PER_CALL * calls / self.directions();
+        // All receivers share the maps: the more, the better.
+        let most = self.options.depth_maps.map(|_| u64::MAX);
+        let busy = most.unwrap_or_else(|| RAYS_PER_CALL * calls / self.directions());
         busy.min(bytes / self.receiver_bytes()).max(LEAST_RECEIVERS) as usize
     }
 
@@ -247,7 +258,14 @@ impl Query<'_> {
         receivers: &BakeReceivers,
         samples: RaySamples<'_>,
     ) -> Result<(OpenRays, Stats), Error> {
-        let BakeOptions { back_faces, grouping, .. } = self.bake.options;
+        let BakeOptions { back_faces, grouping, depth_maps, .. } = self.bake.options;
+        if let (Some(maps), RaySamples::Shared(samples)) = (depth_maps, samples) {
+            if !self.occluders.surfaces.is_empty() {
+                let what = "depth maps are made of triangles: leave out surfaces on demand, or take rays";
+                return Err(Error::Usage(what.into()));
+            }
+            return maps.open_rays(self.occluders.triangles, (receivers, samples), self.frame, self.options);
+        }
         let occlusion = Occlusion { hemispheres: &receivers.hemispheres, samples, back_faces, grouping };
         self.occluders.open_rays(&occlusion, self.frame, self.options)
     }

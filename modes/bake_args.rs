@@ -134,9 +134,13 @@ pub(crate) struct OccluderArgs {
 }
 
 impl OccluderArgs {
-    /// Refuses what cannot be meant, where a dial chooses the rays or not.
-    fn check(&self, has_dial: bool) -> Result<(), Error> {
+    /// Refuses what cannot be meant, where a dial chooses the rays or not, and where depth maps take their place or not.
+    fn check(&self, has_dial: bool, has_maps: bool) -> Result<(), Error> {
         refuse_first(&[
+            (
+                self.has_surfaces() && has_maps,
+                "--depth-maps are made of triangles: leave out surfaces on demand, or give --rays",
+            ),
             (
                 self.made.is_given() && self.scenes.is_empty(),
                 "--subdivide and --displace make surfaces of --occluders; what is baked stays as it is",
@@ -168,7 +172,7 @@ impl BakeArgs {
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.sampling.check()?;
         self.dial.refuse_beside("--rays", self.sampling.has_rays())?;
-        self.occluders.check(self.dial.goal().is_some())?;
+        self.occluders.check(self.dial.goal().is_some(), self.sampling.has_maps())?;
         let (receivers, target) = (&self.receivers, self.target());
         let texels = matches!(target, Target::Texels(_));
         let output = self.output.as_deref().map(extension).unwrap_or_default();
@@ -177,6 +181,15 @@ impl BakeArgs {
             (
                 self.outputs().next().is_none(),
                 "nothing to do: give -o FILE.png or FILE.ply, --bent FILE.npy, --coverage FILE or --dump-rays FILE.npy",
+            ),
+            (
+                self.sampling.has_maps() && self.dial.goal().is_some(),
+                "--max-error and --time-budget choose the number of exact rays: leave out --depth-maps, whose error no number \
+                 of rays makes smaller",
+            ),
+            (
+                self.sampling.has_maps() && self.occluders.ignore_back_faces,
+                "--depth-maps: a map knows only the outermost surface, whichever side it shows: leave out --ignore-back-faces",
             ),
             (receivers.points.is_none() && receivers.point_ids.is_some(), "--point-ids goes with --points"),
             (
@@ -224,6 +237,11 @@ impl BakeArgs {
         twice.map_or(Ok(()), |k| {
             Err(Error::Usage(format!("{}: two outputs have this name", files[k].display())))
         })
+    }
+
+    /// Whether depth maps could take the place of rays, whatever the number of rays.
+    pub(crate) fn takes_maps(&self) -> bool {
+        self.sampling.takes_maps() && !self.occluders.ignore_back_faces
     }
 
     /// What is baked, and how: distances are measured in the scene.

@@ -153,7 +153,8 @@ pub(crate) fn make_plan(
         + extent.bytes
         + extent.units * extent.per_unit * traced
         + occluders.copied_bytes()
-        + triangles;
+        + triangles
+        + bake.map_bytes();
     let limit = common.max_memory.or_else(available_bytes).unwrap_or(u64::MAX);
     let left = limit.saturating_sub(fixed + 6 * scene.triangles.len() as u64);
     let left = if common.max_memory.is_some() { left } else { left.min(PIECE_BYTES) };
@@ -237,6 +238,7 @@ fn report_fields(
         "max_distance": options.reach.max_distance,
         "falloff": if options.reach.falloff == Falloff::Linear { "linear" } else { "none" },
         "polarity": if options.polarity == Polarity::Openness { "openness" } else { "occlusion" },
+        "depth_maps": options.depth_maps.map(|maps| maps.size),
         "seed": options.seed,
         "receivers_at_once": plan.receivers,
         "forecast_bytes": plan.forecast,

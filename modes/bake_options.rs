@@ -3,6 +3,7 @@
 use umbel_core::Grouping;
 
 use crate::Error;
+use crate::depth_maps::DepthMaps;
 use crate::sample_sets::{Falloff, Reach, SampleSet, Weighting};
 
 /// The most rays of a receiver.
@@ -50,6 +51,8 @@ pub struct BakeOptions {
     pub grouping: Grouping,
     /// For texels, whose numbers run row by row, how many there are in a row.
     pub columns: Option<u32>,
+    /// Depth maps in place of rays, faster and less exact; for directions that are shared, of any length, and both sides of triangles.
+    pub depth_maps: Option<DepthMaps>,
 }
 
 impl Default for BakeOptions {
@@ -67,6 +70,7 @@ impl Default for BakeOptions {
             seed: 0,
             grouping: Grouping::Auto,
             columns: None,
+            depth_maps: None,
         }
     }
 }
@@ -89,6 +93,32 @@ impl BakeOptions {
             return refused(
                 "independent directions are not common: they can be grouped by origin only".into(),
             );
+        }
+        self.depth_maps.map_or(Ok(()), |maps| self.check_maps(maps))
+    }
+
+    /// Refuses what depth maps cannot do.
+    fn check_maps(&self, DepthMaps { size, .. }: DepthMaps) -> Result<(), Error> {
+        let most = DepthMaps::MOST;
+        let refused = |what: String| Err(Error::Usage(what));
+        if !(1..=most).contains(&size) {
+            return refused(format!("depth maps of {size} texels a side: they have 1 to {most}"));
+        }
+        if self.set == SampleSet::Independent {
+            return refused(
+                "depth maps are made for directions that receivers share: independent ones have none".into(),
+            );
+        }
+        if self.reach.max_distance > 0.0 {
+            return refused(
+                "depth maps know only the outermost surface, and nothing of a greatest distance".into(),
+            );
+        }
+        if !self.back_faces {
+            return refused("depth maps see both sides of triangles: back faces count".into());
+        }
+        if self.grouping != Grouping::Auto {
+            return refused("depth maps take the place of rays: there is nothing to group".into());
         }
         Ok(())
     }

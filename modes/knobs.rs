@@ -6,6 +6,7 @@
 use umbel::Isa;
 
 use crate::trade_args::ModeArg;
+use crate::trade_subject::Answer;
 
 /// Samples per pixel.
 const SAMPLES: [u32; 6] = [1, 2, 4, 8, 16, 32];
@@ -13,6 +14,8 @@ const SAMPLES: [u32; 6] = [1, 2, 4, 8, 16, 32];
 const CUBE_SIZES: [u32; 6] = [64, 128, 256, 512, 1024, 2048];
 /// Rays per receiver.
 const RAYS: [u32; 6] = [8, 16, 32, 64, 128, 256];
+/// Texels along the longer side of depth maps.
+const DEPTH_MAPS: [u32; 4] = [128, 256, 512, 1024];
 /// Sample sets, the default first.
 const SETS: [&str; 3] = ["shared", "interleaved", "independent"];
 
@@ -32,6 +35,13 @@ pub(crate) const REFERENCE_RATE: &str = "0.25";
 pub(crate) enum Changes {
     Answer,
     TimeOnly,
+}
+
+impl Changes {
+    /// Whether a setting may give this answer where the default gives that one.
+    pub(crate) fn allows(self, answer: &Answer, default: &Answer) -> bool {
+        self == Self::Answer || answer.hash() == default.hash()
+    }
 }
 
 /// A setting.
@@ -67,8 +77,8 @@ impl Setting {
     }
 }
 
-/// All settings of a mode. With suns there are no cube maps.
-pub(crate) fn settings(mode: ModeArg, has_cubes: bool, output: &str) -> Vec<Setting> {
+/// All settings of a mode. With suns there are no cube maps, and with a greatest distance no depth maps.
+pub(crate) fn settings(mode: ModeArg, has_maps: bool, output: &str) -> Vec<Setting> {
     let answer = |series, label: String, words: String| Setting::new(series, label, &words, Changes::Answer);
     let mut all: Vec<Setting> = match mode {
         ModeArg::Render => SAMPLES
@@ -81,7 +91,7 @@ pub(crate) fn settings(mode: ModeArg, has_cubes: bool, output: &str) -> Vec<Sett
                 let words = format!("--cube-size {n} -o cube.npy --compare={n}");
                 answer("cube map, texels per side", n.to_string(), words)
             };
-            let cubes = CUBE_SIZES.iter().filter(|_| has_cubes).map(cube);
+            let cubes = CUBE_SIZES.iter().filter(|_| has_maps).map(cube);
             [exact].into_iter().chain(cubes).collect()
         }
         ModeArg::Bake => {
@@ -96,7 +106,12 @@ pub(crate) fn settings(mode: ModeArg, has_cubes: bool, output: &str) -> Vec<Sett
                     answer(set, n.to_string(), words).default_if(set == "shared" && n == 64)
                 })
             };
-            SETS.iter().flat_map(of_set).collect()
+            let with_maps = |n: &u32| {
+                let words = format!("--rays 64 --depth-maps {n}");
+                answer("64 rays, depth maps of", n.to_string(), words)
+            };
+            let maps = DEPTH_MAPS.iter().filter(|_| has_maps).map(with_maps);
+            SETS.iter().flat_map(of_set).chain(maps).collect()
         }
         ModeArg::Reyes => {
             let of_rate = |&(rate, series): &(&'static str, &'static str)| {
@@ -128,13 +143,16 @@ fn fast(output: &str) -> Setting {
 /// The settings that may change the time only, on this machine.
 fn time_only(mode: ModeArg) -> impl Iterator<Item = Setting> {
     let time = |words: String| {
-        let label = words.trim_start_matches("--").to_owned();
+        let label = words.trim_start_matches("--").replace(" --", ", ");
         Setting::new("time only", label, &words, Changes::TimeOnly)
     };
     let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let threads = std::iter::successors(Some(1), |n| Some(n * 2)).take_while(move |&n| n < processors);
     let all = [Isa::Sse2, Isa::Sse42, Isa::Avx2, Isa::Avx512, Isa::Neon];
     let isas = all.into_iter().filter(|isa| isa.resolve().is_ok());
+    // The general path divides objects in several ways; receivers of ambient occlusion would take minutes in each.
+    let has_partitions = matches!(mode, ModeArg::Render | ModeArg::Shadow);
+    let partitions: &[&str] = if has_partitions { &["given", "spatial", "sampled"] } else { &[] };
     let groups: &[&str] = if mode == ModeArg::Bake { &["origin", "direction"] } else { &[] };
     threads
         .chain([processors])
@@ -142,5 +160,6 @@ fn time_only(mode: ModeArg) -> impl Iterator<Item = Setting> {
         .chain(isas.map(move |isa| time(format!("--isa {}", isa.name()))))
         // Surfaces on demand would all be made beforehand: there may be no end of them.
         .chain((mode != ModeArg::Reyes).then(|| time("--path general".into())))
+        .chain(partitions.iter().map(move |how| time(format!("--path general --partition {how}"))))
         .chain(groups.iter().map(move |group| time(format!("--group {group}"))))
 }

@@ -118,7 +118,12 @@ impl ShadowArgs {
         let picture = self.mask.is_some() || self.compare.is_some() || has_dial;
         let refused = [
             (
-                has_dial && (suns || self.output.is_none()),
+                has_dial && suns,
+                "--max-error and --time-budget choose the cube of a --light, whose shadows are looked up and compared; nothing \
+                 looks shadows up in a sun's map: give --map-size, or take --mask, which is exact and needs no map",
+            ),
+            (
+                has_dial && self.output.is_none(),
                 "--max-error and --time-budget choose the size of a light's cube: they go with --light and -o",
             ),
             (

@@ -3,6 +3,7 @@
 //! Numbers are rounded to four digits once, and are the same everywhere.
 
 use serde_json::{Value, json};
+use umbel::Error;
 
 use crate::knobs::Changes;
 use crate::machine::Machine;
@@ -177,5 +178,53 @@ fn quoted(text: &str) -> String {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {
         text.to_owned()
+    }
+}
+
+/// Fails where a setting, given by its command line, did not give the bytes that it has to give.
+pub(crate) fn verdict<'a>(
+    checked: impl Iterator<Item = (&'a str, bool)>,
+    page: &std::path::Path,
+) -> Result<(), Error> {
+    let broken: Vec<&str> =
+        checked.filter(|(_, same_bytes)| !same_bytes).map(|(command, _)| command).collect();
+    if broken.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Difference(format!(
+        "these settings changed the answer, or gave another one each time, and may change the time only:\n  {}\n\
+         {} says more; please report this",
+        broken.join("\n  "),
+        page.display()
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trade_subject::Answer;
+
+    /// What a time-only setting may not do, down to one bit of one number, ends the command with exit code 5.
+    #[test]
+    fn other_bytes_are_a_failure() {
+        let default = Answer { values: vec![0.0, 0.5], ids: vec![7], ts: vec![1.0], milliseconds: 1.0 };
+        let again = Answer { values: vec![0.0, 0.5], ids: vec![7], ts: vec![1.0], milliseconds: 2.0 };
+        let others = [
+            Answer { values: vec![-0.0, 0.5], ids: vec![7], ts: vec![1.0], milliseconds: 1.0 },
+            Answer { values: vec![0.0, 0.5], ids: vec![8], ts: vec![1.0], milliseconds: 1.0 },
+            Answer { values: vec![0.0, 0.5], ids: vec![7], ts: vec![1.0_f32.next_up()], milliseconds: 1.0 },
+        ];
+        let page = std::path::Path::new("trade.html");
+        let command = "umbel render builtin:umbel --threads 2";
+        let judged = |changes: Changes, answer: &Answer| {
+            verdict([(command, changes.allows(answer, &default))].into_iter(), page)
+        };
+        assert!(judged(Changes::TimeOnly, &again).is_ok());
+        for other in &others {
+            assert!(judged(Changes::Answer, other).is_ok());
+            let failed = judged(Changes::TimeOnly, other).expect_err("other bytes");
+            assert_eq!(failed.exit_code(), 5);
+            assert!(failed.to_string().contains(command) && failed.to_string().contains("trade.html"));
+        }
     }
 }

@@ -75,7 +75,10 @@ impl Subject<'_> {
                 let options = args.options(subject.scene);
                 // Directions unrelated to those that are measured.
                 let seed = options.seed ^ REFERENCE_SEED;
-                subject.run(BakeOptions { set: SampleSet::Shared, seed, ..options }, &cli.common)
+                subject.run(
+                    BakeOptions { set: SampleSet::Shared, seed, depth_maps: None, ..options },
+                    &cli.common,
+                )
             }
             _ => self.run(cli),
         }

@@ -56,7 +56,7 @@ pub(crate) fn picture_legend(mode: ModeArg) -> &'static str {
 }
 
 /// Words of the page, and what they mean.
-pub(crate) fn glossary() -> [(&'static str, &'static str); 7] {
+pub(crate) fn glossary() -> [(&'static str, &'static str); 8] {
     [
         (
             "RMSE",
@@ -78,6 +78,11 @@ pub(crate) fn glossary() -> [(&'static str, &'static str); 7] {
             "--accuracy fast",
             "a decision that is too close for rounded numbers stays as rounding has it. Without it \
              each is settled as exact arithmetic would.",
+        ),
+        (
+            "depth map",
+            "a square grid of distances, seen along one direction from far away. What lies behind the first surface that \
+             a grid cell sees is taken for dark; within half a cell of an edge that may be wrong.",
         ),
         ("median", "the middle one of several times: half of the runs were faster, half slower."),
     ]

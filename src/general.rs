@@ -66,6 +66,8 @@ struct Query<'a> {
     probes: Probes<'a>,
     any: bool,
     partition: Partition,
+    /// What testing a pair costs: decides where the recursion ends.
+    pair_cost: usize,
     ledger: &'a Ledger,
 }
 
@@ -82,6 +84,16 @@ pub(crate) fn intersect_by(
     any: bool,
     hits: &mut Hits,
 ) -> Stats {
+    intersect_down_to(PAIR_COST, partition, (triangles, probes, any), hits)
+}
+
+/// The same, ending where the cost of a pair says.
+fn intersect_down_to(
+    pair_cost: usize,
+    partition: Partition,
+    (triangles, probes, any): (&Triangles<'_>, Probes<'_>, bool),
+    hits: &mut Hits,
+) -> Stats {
     // In range: both counts fit u32.
     let mut objects: Vec<u32> = (0..triangles.len() as u32).collect();
     let start = |index| {
@@ -92,7 +104,7 @@ pub(crate) fn intersect_by(
     let bytes = objects.capacity() * size_of::<u32>() + active.capacity() * size_of::<Active>();
 
     let ledger = Ledger::default();
-    let query = Query { triangles, probes, any, partition, ledger: &ledger };
+    let query = Query { triangles, probes, any, partition, pair_cost, ledger: &ledger };
     let bounds = bounds_of(triangles, &objects);
     let mut stats = query.recurse(&mut active, &mut objects, &bounds, true);
     stats.engine_bytes += bytes as u64 + ledger.peak();
@@ -191,7 +203,7 @@ impl Query<'_> {
 
     /// Whether testing all pairs is estimated to cost no more than one more step.
     fn terminates(&self, rays: usize, objects: usize) -> bool {
-        objects <= 2 || rays * objects * PAIR_COST <= 2 * rays * BOX_COST + objects * SPLIT_COST
+        objects <= 2 || rays * objects * self.pair_cost <= 2 * rays * BOX_COST + objects * SPLIT_COST
     }
 
     /// Whether a ray may still find something in a box.
@@ -286,4 +298,42 @@ pub(crate) fn partition<T>(items: &mut [T], predicate: impl Fn(&T) -> bool) -> u
         }
     }
     kept
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::{Ray, Rays};
+
+    /// Where the recursion ends changes no bit of a hit: from leaves that hold everything to leaves of two triangles.
+    #[test]
+    fn termination_changes_no_hit() {
+        let at = |k: u32| f64::from(k.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24) * 2.0 - 1.0;
+        let point = |k: u32| DVec3::new(at(3 * k), at(3 * k + 1), at(3 * k + 2));
+        let near = |k: u32, j: u32| (point(k) + point(1000 + 3 * k + j) * 0.3).as_vec3().to_array();
+        let positions: Vec<[f32; 3]> = (0..300).flat_map(|k| [0, 1, 2].map(|j| near(k, j))).collect();
+        let indices: Vec<[u32; 3]> = (0..300).map(|k| [0, 1, 2].map(|j| 3 * k + j)).collect();
+        let triangles = Triangles::new(&positions, &indices).expect("finite");
+        let rays: Vec<Ray> = (0..500).map(|k| Ray::new(point(9000 + k), point(20_000 + k))).collect();
+        let probes = Probes::Rays(Rays::General(&rays));
+        let hits = |pair_cost: usize, partition: Partition| {
+            let mut hits = Hits::missed(rays.len());
+            let stats = intersect_down_to(pair_cost, partition, (&triangles, probes, false), &mut hits);
+            (hits, stats.nodes)
+        };
+        for partition in Partition::ALL {
+            let (whole, one) = hits(0, partition);
+            assert_eq!(one, 1);
+            assert!(whole.ids().iter().filter(|&&id| id != crate::NO_TRIANGLE).count() > 100);
+            let mut nodes = one;
+            for pair_cost in [1, PAIR_COST, 100, 10_000] {
+                let (found, more) = hits(pair_cost, partition);
+                assert!(more >= nodes, "{more} nodes with {pair_cost}");
+                assert_eq!(found, whole, "{partition:?}, {pair_cost}");
+                nodes = more;
+            }
+        }
+    }
 }

@@ -219,8 +219,13 @@ pub struct OpenRays {
 }
 
 impl OpenRays {
-    /// From the words of all receivers.
-    pub(crate) fn new(rays: usize, words: Vec<u32>) -> Self {
+    /// From the words of all receivers, laid out as [`OpenRays::words`] has them, for rays that were decided elsewhere.
+    ///
+    /// # Panics
+    /// When the words are not those of whole receivers.
+    #[must_use]
+    pub fn new(rays: usize, words: Vec<u32>) -> Self {
+        assert!(words.len().is_multiple_of(Self::words_for(rays).max(1)), "{} words", words.len());
         Self { rays, words }
     }
 

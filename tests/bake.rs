@@ -12,6 +12,8 @@ mod generators;
 mod gltf;
 #[path = "bake/interrupted.rs"]
 mod interrupted;
+#[path = "bake/maps.rs"]
+mod maps;
 #[path = "bake/occluders.rs"]
 mod occluders;
 mod oracle;

@@ -67,6 +67,12 @@ fn options_that_cannot_be_meant() {
         ("--vertices -o a.npy --falloff linear", "--max-distance"),
         ("--vertices -o a.npy --falloff linear --max-distance 0%", "--max-distance"),
         ("--vertices -o a.npy --set independent --group direction", "--group"),
+        ("--vertices -o a.npy --depth-maps 64 --set independent", "--set shared"),
+        ("--vertices -o a.npy --depth-maps 64 --max-distance 5%", "--max-distance"),
+        ("--vertices -o a.npy --depth-maps 64 --ignore-back-faces", "--ignore-back-faces"),
+        ("--vertices -o a.npy --depth-maps 64 --group origin", "--group"),
+        ("--vertices -o a.npy --depth-maps 64 --max-error 0.1", "--depth-maps"),
+        ("--vertices -o a.npy --depth-maps 64 --occluders builtin:teapot", "surfaces on demand"),
     ] {
         refuse(&format!("bake floor.obj {line}"), 2, named);
     }
@@ -82,6 +88,8 @@ fn numbers_out_of_range() {
         ("--margin=-1", "--margin"),
         ("--rays 65537", "--rays"),
         ("--rays x", "--rays"),
+        ("--depth-maps 0", "--depth-maps"),
+        ("--depth-maps 8193", "--depth-maps"),
         ("--max-distance=-1", "--max-distance"),
         ("--max-distance nan", "--max-distance"),
         ("--max-distance inf", "--max-distance"),

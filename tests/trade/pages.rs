@@ -135,6 +135,10 @@ fn pictures_are_measured() {
     let pictures = page.elements.iter().filter(|element| *element == "img").count();
     assert_eq!(pictures, 7);
     assert!(labelled(&report, "--accuracy fast")["changed"]["ids"].is_u64());
+    for partition in ["given", "spatial", "sampled"] {
+        let label = format!("path general, partition {partition}");
+        assert!(points(&report, "time_only").iter().any(|point| point["label"] == label.as_str()), "{label}");
+    }
 }
 
 #[test]
@@ -173,6 +177,14 @@ fn bakes_are_measured() {
     assert!(errors("64") < errors("8"));
     let groups = points(&report, "time_only").iter().filter(|point| point["label"] == "group origin").count();
     assert_eq!(groups, 1);
+    let with_maps = |report: &Value| {
+        let is_map = |point: &&Value| point["command"].as_str().expect("a command").contains("--depth-maps");
+        points(report, "points").iter().filter(is_map).count()
+    };
+    assert_eq!(with_maps(&report), 4);
+    // A map knows nothing of a greatest distance.
+    let (report, _) = measured("builtin:cornell --mode bake --reference 64 -- --vertices --max-distance 20%");
+    assert_eq!(with_maps(&report), 0);
 }
 
 /// The command lines that a page shows can be typed.
