@@ -6,6 +6,8 @@ use crate::Error;
 
 /// Origins are multiples of 2⁻¹⁴⁹, the spacing of subnormal f32.
 const ORIGIN_GRID: f64 = f64::from_bits(0x36A0_0000_0000_0000);
+/// Every f64 of this size, 2⁻⁹⁷, is a multiple of that spacing.
+const ON_ORIGIN_GRID: f64 = f64::from_bits((1023 - 97) << 52);
 /// Origins lie below 2¹²⁹.
 const ORIGIN_LIMIT: f64 = f64::from_bits(0x4800_0000_0000_0000);
 /// The least non-zero direction component, 2⁻²⁴⁰.
@@ -62,7 +64,8 @@ pub(crate) enum Ties {
 /// Refuses origins for which the exact stage could underflow or overflow.
 pub(crate) fn check_origin(origin: DVec3) -> Result<(), Error> {
     // Scaling by a power of two is exact below the limit, so a whole number is a multiple of the grid.
-    let fits = |x: f64| x.abs() < ORIGIN_LIMIT && (x / ORIGIN_GRID).fract() == 0.0;
+    let is_on_grid = |x: f64| x.abs() >= ON_ORIGIN_GRID || (x / ORIGIN_GRID).fract() == 0.0;
+    let fits = |x: f64| x.abs() < ORIGIN_LIMIT && is_on_grid(x);
     if origin.to_array().into_iter().all(fits) {
         Ok(())
     } else {
