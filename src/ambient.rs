@@ -1,19 +1,23 @@
 //! Open rays, one by one: for samples that receivers do not share, and, by the general path, the reference for the groupings.
 //!
-//! Receivers are taken in batches whose rays fill a window of [`crate::bundles`], each by one thread: their probes exist no
+//! Receivers are taken along a curve, in batches whose rays fill a window of [`crate::bundles`], each by one thread: their probes exist no
 //! longer than that.
 //!
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
 //! 2011, Algorithm 1.
 
 use std::mem::size_of;
+use std::sync::atomic::{AtomicU32, Ordering};
 
+use fearless_simd::Level;
 use rayon::prelude::*;
 
 use crate::bundles::{Objects, WINDOW, Workspace};
 use crate::general;
 use crate::hemisphere::{AmbientRay, Occlusion, OpenRays};
 use crate::hits::NO_TRIANGLE;
+use crate::order::{self, along_curve};
+use crate::point_order::PointGrid;
 use crate::probes::Probes;
 use crate::{Error, Hits, Stats, Triangles};
 
@@ -26,6 +30,8 @@ struct Batch {
     probes: Vec<AmbientRay>,
     /// The word, and the bit in it, of each probe.
     places: Vec<(u32, u32)>,
+    /// The words of the receivers.
+    open: Vec<u32>,
     work: Workspace,
 }
 
@@ -34,20 +40,26 @@ pub(crate) fn by_ray(
     triangles: &Triangles<'_>,
     occlusion: &Occlusion<'_>,
     objects: Option<&Objects<'_>>,
+    level: Level,
 ) -> Result<(Vec<u32>, Stats), Error> {
     let (rays, receivers) = (occlusion.samples.count(), occlusion.hemispheres.len());
     let words = OpenRays::words_for(rays);
-    let mut open = vec![0; receivers * words];
+    // Neighbours go through the same parts of the scene.
+    let order = along_curve(&PointGrid::over(occlusion.hemispheres), receivers, level);
+    // Batches write side by side, each word once. Relaxed stores are plain ones.
+    let open: Vec<AtomicU32> = (0..receivers * words).map(|_| AtomicU32::new(0)).collect();
     let most = if objects.is_some() { WINDOW } else { GENERAL };
     let batch = (most / rays.max(1)).max(1);
-    let of_batch = |state: &mut Batch, (index, open): (usize, &mut [u32])| {
-        state.fill(triangles, occlusion, index * batch..receivers.min((index + 1) * batch))?;
-        for &(word, bit) in &state.places {
-            open[word as usize] |= 1 << bit;
+    let of_batch = |state: &mut Batch, receivers: &[u32]| {
+        state.fill(triangles, occlusion, receivers)?;
+        let stats = state.close(most, triangles, objects);
+        for (found, &receiver) in state.open.chunks(words.max(1)).zip(receivers) {
+            let open = &open[receiver as usize * words..][..words];
+            open.iter().zip(found).for_each(|(word, &bits)| word.store(bits, Ordering::Relaxed));
         }
-        Ok(state.close(most, triangles, objects, open))
+        Ok(stats)
     };
-    let batches = open.par_chunks_mut((batch * words).max(1)).enumerate();
+    let batches = order.par_chunks(batch);
     let stats = batches.map_init(Batch::default, of_batch).try_reduce(Stats::default, |one, other| {
         let engine_bytes = one.engine_bytes.max(other.engine_bytes);
         Ok(Stats { engine_bytes, ..one.plus(other) })
@@ -58,6 +70,8 @@ pub(crate) fn by_ray(
         let of_thread = objects.workspace_bytes(WINDOW) + (batch * rays).max(WINDOW) * of_ray;
         objects.bytes() as u64 + threads * of_thread as u64
     });
+    let kept = kept + order::bytes_for(receivers) as u64;
+    let open = open.into_iter().map(AtomicU32::into_inner).collect();
     Ok((open, Stats { engine_bytes: kept, ..stats }))
 }
 
@@ -67,33 +81,28 @@ impl Batch {
         &mut self,
         triangles: &Triangles<'_>,
         occlusion: &Occlusion<'_>,
-        receivers: std::ops::Range<usize>,
+        receivers: &[u32],
     ) -> Result<(), Error> {
-        let rays = occlusion.samples.count();
-        let words = OpenRays::words_for(rays);
+        let words = OpenRays::words_for(occlusion.samples.count());
         self.probes.clear();
         self.places.clear();
-        for (place, receiver) in receivers.enumerate() {
-            for ray in 0..rays {
-                if let Some(probe) = occlusion.ray(triangles, receiver, ray)? {
-                    self.probes.push(probe);
-                    // In range: a batch is small, and rays are fewer than 2³².
-                    self.places.push(((place * words + ray / 32) as u32, (ray % 32) as u32));
-                }
-            }
+        self.open.clear();
+        self.open.resize(receivers.len() * words, 0);
+        for (place, &receiver) in receivers.iter().enumerate() {
+            occlusion.rays_above(triangles, receiver as usize, |ray, probe| {
+                let (word, bit) = (place * words + ray / 32, ray % 32);
+                self.probes.push(probe);
+                // In range: a batch is small, and rays are fewer than 2³².
+                self.places.push((word as u32, bit as u32));
+                self.open[word] |= 1 << bit;
+            })?;
         }
         Ok(())
     }
 
     /// Closes the rays that something occludes, so many at a time.
-    fn close(
-        &mut self,
-        most: usize,
-        triangles: &Triangles<'_>,
-        objects: Option<&Objects<'_>>,
-        open: &mut [u32],
-    ) -> Stats {
-        let Self { probes, places, work } = self;
+    fn close(&mut self, most: usize, triangles: &Triangles<'_>, objects: Option<&Objects<'_>>) -> Stats {
+        let Self { probes, places, open, work } = self;
         let mut stats = Stats::default();
         for (probes, places) in probes.chunks(most).zip(places.chunks(most)) {
             let mut close = |probe: u32| {

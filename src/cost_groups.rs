@@ -133,11 +133,12 @@ impl Group {
     ) -> Self {
         let mut ids = [NO_TRIANGLE; LANES];
         ids.copy_from_slice(places);
+        let [mut a, mut e1, mut e2] = [[[0.0; LANES]; 3]; 3];
         let present = ids_of(places, 0);
-        let mut eight = [present.last().copied().unwrap_or(0); LANES];
+        let Some(&last) = present.last() else { return Self { a, e1, e2, ids } };
+        let mut eight = [last; LANES];
         eight[..present.len()].copy_from_slice(present);
         let corners = eight_corners(simd, triangles, &eight);
-        let [mut a, mut e1, mut e2] = [[[0.0; LANES]; 3]; 3];
         for k in 0..3 {
             let corner = |corner: usize| Narrow::load_array_ref(simd, &corners[corner][k]);
             let from = space.coordinate(corner(0), k);
@@ -412,6 +413,11 @@ mod tests {
         for count in [1, 8, 9, 64, 65, 999, 5000] {
             check(&scattered(count, 1.0));
         }
+    }
+
+    #[test]
+    fn points_without_triangles_are_one_empty_group() {
+        check(&[[0.0; 3], [1.0; 3]]);
     }
 
     #[test]

@@ -15,7 +15,7 @@
 
 use glam::DVec3;
 
-use crate::approx::Sign;
+use crate::approx::{Cross, Sign};
 use crate::departure::Side;
 use crate::expansion::Expansion;
 use crate::hits::NO_TRIANGLE;
@@ -151,17 +151,24 @@ impl Occlusion<'_> {
         }
     }
 
-    /// A ray, if it points above the surface.
-    pub(crate) fn ray(
+    /// Tells the rays of a receiver that point above its surface, with their numbers.
+    pub(crate) fn rays_above(
         &self,
         triangles: &Triangles<'_>,
         receiver: usize,
-        ray: usize,
-    ) -> Result<Option<AmbientRay>, Error> {
-        let sample = self.samples.of(receiver, ray);
-        let ray = self.untested_ray(receiver, &sample);
-        ray.ray.check()?;
-        Ok(self.hemispheres[receiver].is_above(triangles, sample.direction).then_some(ray))
+        mut tell: impl FnMut(usize, AmbientRay),
+    ) -> Result<(), Error> {
+        let horizon = Horizon::of(triangles, &self.hemispheres[receiver]);
+        for ray in 0..self.samples.count() {
+            let sample = self.samples.of(receiver, ray);
+            if matches!(self.samples, RaySamples::Own { .. }) {
+                sample.from(DVec3::ZERO).check()?;
+            }
+            if horizon.is_exceeded_by(sample.direction) {
+                tell(ray, self.untested_ray(receiver, &sample));
+            }
+        }
+        Ok(())
     }
 
     /// A ray, whether it points above the surface or not.
@@ -189,6 +196,34 @@ impl Hemisphere {
                 term(0).plus(&term(1)).plus(&term(2)).sign() == Sign::Positive
             }
         }
+    }
+}
+
+/// What the directions of one receiver are compared with: the normal of its triangle, found once.
+struct Horizon<'a> {
+    triangles: &'a Triangles<'a>,
+    hemisphere: &'a Hemisphere,
+    /// N, and the sign of d·N above the surface.
+    side: Option<(Cross, Sign)>,
+}
+
+impl<'a> Horizon<'a> {
+    fn of(triangles: &'a Triangles<'a>, hemisphere: &'a Hemisphere) -> Self {
+        let side = match hemisphere.above {
+            Above::Side(side) => {
+                let Triangle { a, b, c } = triangles.triangle(hemisphere.receiver.triangle.0);
+                let sign = if side == Side::Front { Sign::Positive } else { Sign::Negative };
+                Some((Cross::of(b - a, c - a), sign))
+            }
+            Above::Normal(_) => None,
+        };
+        Self { triangles, hemisphere, side }
+    }
+
+    /// Whether a direction points strictly above the surface, exactly.
+    fn is_exceeded_by(&self, direction: DVec3) -> bool {
+        let filtered = self.side.and_then(|(normal, above)| Some(normal.dot(direction).sign()? == above));
+        filtered.unwrap_or_else(|| self.hemisphere.is_above(self.triangles, direction))
     }
 }
 

@@ -151,16 +151,16 @@ pub(crate) fn run_open_rays(
             let found = if hemispheres::are_in_range(&runs, occlusion) {
                 Ok(hemispheres::open_rays(triangles, occlusion, samples, &runs, how))
             } else {
-                ambient::by_ray(triangles, occlusion, None)
+                ambient::by_ray(triangles, occlusion, None, level)
             };
             frame.order = Some(runs.into_order());
             found
         }
         (Path::Pencil, _) => {
             let objects = Objects::new(triangles, level);
-            ambient::by_ray(triangles, occlusion, objects.as_ref())
+            ambient::by_ray(triangles, occlusion, objects.as_ref(), level)
         }
-        (Path::General, _) => ambient::by_ray(triangles, occlusion, None),
+        (Path::General, _) => ambient::by_ray(triangles, occlusion, None, level),
     })??;
     Ok((OpenRays::new(occlusion.samples.count(), words), stats))
 }
