@@ -95,8 +95,12 @@ mod tests {
         let size = (64, 36);
         let sheets = Sheets::new(3, size);
         let pencil = sheets.pencil(size)?;
-        let (seen, _) =
-            closest_hit_on_demand(&sheets, &pencil, &Dicing { shading_rate: 2.0, ..Dicing::default() }, &Options::default())?;
+        let (seen, _) = closest_hit_on_demand(
+            &sheets,
+            &pencil,
+            &Dicing { shading_rate: 2.0, ..Dicing::default() },
+            &Options::default(),
+        )?;
         assert!(seen.ids().iter().all(|&id| id == 0));
         Ok(())
     }

@@ -6,6 +6,8 @@
 //!
 //! Objects are divided at the plane across one of the axes, out of [`BINS`] − 1 each, with the least n₁A₁ + n₂A₂: A are the
 //! surfaces of the boxes, to which the number of rays that meet them is proportional. Only planes count that leave both sides room.
+//! With half the planes for 64 objects and fewer, dividing took the same time, within 5 %; more room helps some scenes and
+//! slows others (sponza, chess), as their numbers happen to fill the levels.
 //!
 //! Based on: Ingo Wald, "On Fast Construction of SAH-based Bounding Volume Hierarchies", 2007 (binning); Timothy Kay and James
 //! Kajiya, "Ray Tracing Complex Scenes", 1986; Jeffrey Goldsmith and John Salmon, "Automatic Creation of Object Hierarchies
