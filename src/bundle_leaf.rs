@@ -97,18 +97,10 @@ impl<S: Simd> GroupTriangles<S> {
 mod tests {
     use super::*;
     use crate::culling_space::CullingSpace;
+    use crate::culling_space::tests::numbers;
     use crate::{Isa, Ray, Triangles};
     use fearless_simd::dispatch;
     use glam::DVec3;
-
-    /// Numbers in [0, 1), the same in every run.
-    fn numbers() -> impl FnMut() -> f64 {
-        let mut state = 1_u64;
-        move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        }
-    }
 
     #[test]
     fn no_triangle_that_a_ray_meets_is_dropped() {

@@ -376,3 +376,16 @@ impl Bundle<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::transposed_bits;
+
+    #[test]
+    fn rows_become_columns() {
+        for bit in 0..64 {
+            assert_eq!(transposed_bits(1 << bit), 1 << (bit % 8 * 8 + bit / 8), "{bit}");
+        }
+        assert_eq!(transposed_bits(0x0123_4567_89AB_CDEF).count_ones(), 32);
+    }
+}

@@ -234,13 +234,13 @@ pub(crate) fn planes<S: Simd>(simd: S, boxes: &Boxes, octant: usize) -> [[Narrow
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::Isa;
     use fearless_simd::dispatch;
 
     /// Numbers in [0, 1), the same in every run.
-    fn numbers() -> impl FnMut() -> f64 {
+    pub(crate) fn numbers() -> impl FnMut() -> f64 {
         let mut state = 1_u64;
         move || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -186,3 +186,71 @@ impl Pairs {
         (rays, ids, count)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::approx::Sign;
+    use crate::culling_space::tests::numbers;
+    use crate::predicates::{Distance, covers_exact, facing, within_interval};
+    use crate::ray::Ties;
+    use crate::{Isa, Triangles};
+    use fearless_simd::dispatch;
+    use glam::DVec3;
+
+    /// What is said of a pair against exact arithmetic.
+    fn check(verdicts: &Verdicts, lane: usize, ray: &Ray, triangles: &Triangles<'_>, nearest: f64) -> bool {
+        let triangle = triangles.triangle(lane as u32);
+        let distance = Distance::new(ray, &triangle);
+        let hits = covers_exact(ray, &triangle, Ties::Direction) && within_interval(ray, &distance);
+        if verdicts.possible >> lane & 1 == 0 {
+            assert!(
+                !hits || distance.compare_to(nearest) == Sign::Positive,
+                "{ray:?} {triangle:?} was dropped"
+            );
+        }
+        if let Some(Known { lo, hi, from_behind }) = verdicts.known(lane) {
+            assert!(hits, "{ray:?} {triangle:?} is no hit");
+            assert_ne!(distance.compare_to(lo), Sign::Negative, "{lo} is beyond t");
+            assert!(hi == f64::INFINITY || distance.compare_to(hi) != Sign::Positive, "{hi} is before t");
+            assert_eq!(facing(ray, &triangle) == Sign::Positive, from_behind);
+        }
+        verdicts.known(lane).is_some() == hits
+    }
+
+    #[test]
+    fn what_is_certain_is_true() {
+        let mut next = numbers();
+        let (mut told, mut asked) = (0, 0);
+        for isa in [Isa::Auto, Isa::Sse2] {
+            let Ok(level) = isa.level() else { continue };
+            for _ in 0..5_000 {
+                // Coordinates from few numbers put rays through corners, along edges and into planes.
+                let steps = if next() < 0.5 { 4.0 } else { 1e6 };
+                let mut point = || [0; 3].map(|_: i32| ((next() * steps).floor() / steps) as f32);
+                let positions: Vec<[f32; 3]> = (0..24).map(|_| point()).collect();
+                let wide = |p: [f32; 3]| DVec3::from_array(p.map(f64::from));
+                let mut ray = || {
+                    let (from, to) = (wide(point()), wide(point()));
+                    let direction = if from == to { DVec3::X } else { to - from };
+                    Ray::new(from - direction, direction)
+                };
+                let mut rays = [0; LANES].map(|_: i32| ray());
+                for (lane, ray) in rays.iter_mut().enumerate() {
+                    (ray.t_min, ray.t_max) = [(0.0, f64::INFINITY), (1.0, 2.0), (0.0, 1.5)][lane % 3];
+                }
+                let indices: Vec<[u32; 3]> = (0..8).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+                let triangles = Triangles::new(&positions, &indices).expect("valid triangles");
+                let nearest = [2.5, f64::INFINITY].repeat(4).try_into().expect("eight");
+                let ids = [0, 1, 2, 3, 4, 5, 6, 7];
+                let verdicts =
+                    dispatch!(level, simd => filter(simd, &triangles, &rays.each_ref(), &ids, &nearest));
+                for (lane, ray) in rays.iter().enumerate() {
+                    told += u32::from(check(&verdicts, lane, ray, &triangles, nearest[lane]));
+                    asked += 1;
+                }
+            }
+        }
+        assert!(told * 10 > asked * 9, "only {told} of {asked} pairs were settled");
+    }
+}
