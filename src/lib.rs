@@ -21,6 +21,7 @@ mod cell_grid;
 mod cell_leaf;
 mod clusters;
 mod cone;
+mod cost_division;
 mod cost_groups;
 mod culling_space;
 mod density;

@@ -230,12 +230,14 @@ mod tests {
                 let mut point = || [0; 3].map(|_: i32| ((next() * steps).floor() / steps) as f32);
                 let positions: Vec<[f32; 3]> = (0..24).map(|_| point()).collect();
                 let wide = |p: [f32; 3]| DVec3::from_array(p.map(f64::from));
-                let mut ray = || {
-                    let (from, to) = (wide(point()), wide(point()));
+                // Every other ray is aimed at an edge of its triangle: only rounding takes it off.
+                let mut rays = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane: usize| {
+                    let [a, b] = [0, 1].map(|k| wide(positions[3 * lane + k]));
+                    let from = wide(point());
+                    let to = if lane % 2 == 0 { wide(point()) } else { a + (b - a) * f64::from(point()[0]) };
                     let direction = if from == to { DVec3::X } else { to - from };
                     Ray::new(from - direction, direction)
-                };
-                let mut rays = [0; LANES].map(|_: i32| ray());
+                });
                 for (lane, ray) in rays.iter_mut().enumerate() {
                     (ray.t_min, ray.t_max) = [(0.0, f64::INFINITY), (1.0, 2.0), (0.0, 1.5)][lane % 3];
                 }
@@ -251,6 +253,6 @@ mod tests {
                 }
             }
         }
-        assert!(told * 10 > asked * 9, "only {told} of {asked} pairs were settled");
+        assert!(told * 3 > asked, "only {told} of {asked} pairs were settled");
     }
 }
