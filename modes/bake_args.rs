@@ -210,6 +210,12 @@ impl BakeArgs {
             (is_gltf && !self.sampling.is_openness(), "--polarity: glTF has openness, and nothing else"),
             (!receivers.bias.is_finite(), "--bias must be a finite number"),
         ])?;
+        self.check_files()
+    }
+
+    /// Refuses outputs of a wrong format, and two of one name.
+    fn check_files(&self) -> Result<(), Error> {
+        let target = self.target();
         let arrays = [("--bent", &self.bent), ("--dump-rays", &self.dump_rays)];
         for (option, path) in arrays.into_iter().filter_map(|(option, path)| Some((option, path.as_ref()?))) {
             if extension(path) != "npy" {

@@ -234,7 +234,11 @@ mod tests {
                 let mut rays = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane: usize| {
                     let [a, b] = [0, 1].map(|k| wide(positions[3 * lane + k]));
                     let from = wide(point());
-                    let to = if lane % 2 == 0 { wide(point()) } else { a + (b - a) * f64::from(point()[0]) };
+                    let to = if lane.is_multiple_of(2) {
+                        wide(point())
+                    } else {
+                        a + (b - a) * f64::from(point()[0])
+                    };
                     let direction = if from == to { DVec3::X } else { to - from };
                     Ray::new(from - direction, direction)
                 });
