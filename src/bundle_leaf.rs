@@ -96,6 +96,7 @@ impl<S: Simd> GroupTriangles<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cost_division::Item;
     use crate::culling_space::CullingSpace;
     use crate::culling_space::tests::numbers;
     use crate::{Isa, Ray, Triangles};
@@ -140,9 +141,7 @@ mod tests {
                 assert_eq!(cut.meeting, 255, "{ray:?} misses the scene");
                 let (culled, _) = cut.get(3, 0);
                 let candidates = dispatch!(level, simd => {
-                    let mut ids = [NO_TRIANGLE; LANES];
-                    ids[0] = 0;
-                    let group = Group::new(simd, &triangles, &space, &ids);
+                    let group = Group::new(simd, &triangles, &space, &[Item::new(&triangles, &space, 0)]);
                     let middle = [0, 1, 2].map(|k| group.a[k][0]);
                     GroupTriangles::new(simd, &group, middle).candidates(&culled)
                 });

@@ -12,38 +12,43 @@
 //!     for each part, near ones first: descend(its list, part); a group of eight triangles is a leaf
 //! ```
 //!
-//! A window has thousands of rays, so that what is prepared for a part, boxes and triangles, serves many. The lists of rays
-//! are indices on a stack; nothing of the recursion is stored. All rays of a list have one octant: for them the planes of a box
-//! that come first are the same, and so is the order of the parts.
+//! A window has thousands of rays, so that what is prepared for a part, boxes and triangles, serves many. A part is divided when
+//! the first rays enter it, see [`crate::cost_groups`]. The lists of rays are indices on a stack. All rays of a list have one
+//! octant: for them the planes of a box that come first are the same, and so is the order of the parts.
 //!
 //! Measured with 2 million diffuse-bounce rays: with the runs of [`crate::runs`] a ray asked 47 nodes and was tested with 48 times eight
-//! triangles (sponza), 16 and 16 (koala); with [`crate::cost_groups`] it is 18 and 5, 8 and 2.5. A ray goes on into 1.6 of a
-//! node's eight parts. Lists are made eight rays at a time: their answers are a matrix of bits, transposed, and each row
+//! triangles (sponza), 16 and 16 (koala); with [`crate::cost_groups`] it is 12 and 3.7, 8 and 2.3. A ray goes on into 1.6 of a
+//! part's eight. Lists are made eight rays at a time: their answers are a matrix of bits, transposed, and each row
 //! compresses the eight numbers. Ray by ray that took 1.2 times the time of the whole, most of it for branches guessed wrong.
 //! Pairs that the filter of a leaf lets pass wait until they are eight ([`crate::pairs`]): one by one, in f64, they took a third.
 //!
-//! Windows of 2¹² to 2¹⁴ rays take the same time; ones of 2¹⁶ a fifth more. Tried and dropped: reading a number of every line that the
-//! children of a node are in, so that the waits overlap, gave nothing beyond chance. On SSE2 alone, without a byte shuffle to
-//! compress with, lists and pairs made eight at a time are slower than one by one: 1.13 (sponza) to 1.25 times (koala) the whole.
+//! A quarter of the time is waiting for memory: parts, triangles and rays are asked for ahead (0.91 of the time).
+//!
+//! Windows of 2¹² to 2¹⁴ rays take the same time; ones of 2¹⁶ a fifth more. Tried and dropped: windows of one octant, of rays from a larger
+//! place, meet half as many parts and groups, but take longer (1.0 to 1.15): their rays are read from farther away. Asking ahead for the
+//! vertices of pairs (1.03); rays of 32 bytes for boxes apart from those for triangles (1.0); parts in the order in which the rays of a list
+//! enter them on average (1.0). On SSE2 alone, without a byte shuffle to compress with, lists and pairs made eight at a time are
+//! slower than one by one: 1.13 (sponza) to 1.25 times (koala) the whole.
 //!
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
 //! 2011, Algorithm 1; Rasmus Barringer and Tomas Akenine-Möller, "Dynamic Ray Stream Traversal", 2014 (lists of rays per
 //! node); Alexander Reshetov, Alexei Soupikov, Jim Hurley, "Multi-Level Ray Tracing Algorithm", 2005 (one bound for many rays).
 
 use std::mem::size_of;
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fearless_simd::{Level, dispatch, mask16x8, prelude::*, u16x8};
 use rayon::prelude::*;
 
 use crate::bundle_leaf::GroupTriangles;
-use crate::cost_groups::Groups;
+use crate::cost_groups::{Child, CostDivided, Group, Part};
 use crate::culling_space::{CulledRay, CullingSpace, OCTANTS, Parameter, octant, planes};
 use crate::lanes::{Boxes, LANES, bits};
 use crate::pairs::{self, Pairs, Verdicts};
 use crate::predicates::{Distance, saturate};
 use crate::probes::{A_RAY, Nearest, Probes};
 use crate::ray_order::{CHUNK, RayOrder};
-use crate::runs::Node;
 use crate::shaft::Shaft;
 use crate::{Hits, Ray, Stats, Triangles};
 
@@ -56,16 +61,19 @@ const FEWEST: usize = 1 << 10;
 #[derive(Debug)]
 pub(crate) struct Objects<'a> {
     triangles: &'a Triangles<'a>,
-    groups: Groups,
+    divided: CostDivided<'a>,
     space: CullingSpace,
     level: Level,
+    /// The most places that the lists of a window took.
+    lists: AtomicUsize,
 }
 
 impl<'a> Objects<'a> {
-    /// Divides triangles into groups. `None` where numbers are too large or too small for culling in f32.
+    /// Begins to divide triangles. `None` where numbers are too large or too small for culling in f32.
     pub(crate) fn new(triangles: &'a Triangles<'a>, level: Level) -> Option<Self> {
         let space = CullingSpace::over(&triangles.position_bounds())?;
-        Some(Self { triangles, groups: Groups::new(triangles, &space, level), space, level })
+        let divided = CostDivided::new(triangles, space, level);
+        Some(Self { triangles, divided, space, level, lists: AtomicUsize::new(0) })
     }
 
     /// Finds the nearest, or any, hit of each ray. `None` if a ray begins too far away for culling in f32.
@@ -117,13 +125,13 @@ impl<'a> Objects<'a> {
 
     /// Bytes of the objects.
     pub(crate) fn bytes(&self) -> usize {
-        self.groups.bytes()
+        self.divided.bytes()
     }
 
-    /// Bytes that a thread needs for windows of so many rays.
+    /// Bytes that a thread needed for windows of so many rays.
     pub(crate) fn workspace_bytes(&self, rays: usize) -> usize {
         let of_ray = size_of::<CulledRay>() + size_of::<Ray>() + size_of::<Found>() + size_of::<u32>();
-        rays * of_ray + lists_for(rays, &self.groups) * size_of::<u16>()
+        rays * of_ray + self.lists.load(Ordering::Relaxed) * size_of::<u16>()
     }
 }
 
@@ -133,11 +141,6 @@ struct Query<'a> {
     objects: &'a Objects<'a>,
     probes: Probes<'a>,
     any: bool,
-}
-
-/// Places of lists for so many rays: at each level the list of each of eight boxes could hold all, and is written eight at a time.
-fn lists_for(rays: usize, groups: &Groups) -> usize {
-    rays + LANES * groups.levels() * (rays + LANES)
 }
 
 /// A matrix of 8×8 bits, one row per byte, transposed.
@@ -183,8 +186,6 @@ impl Workspace {
         self.sorted.iter_mut().for_each(Vec::clear);
         probes.for_each(|(probe, octant)| self.sorted[octant].push(probe));
         let ends = dispatch!(query.objects.level, simd => self.cut(simd, query))?;
-        let lists = lists_for(self.rays.len(), &query.objects.groups);
-        self.lists.resize(lists.max(self.lists.len()), 0);
         let mut first = 0;
         for (octant, end) in ends.into_iter().enumerate() {
             if first < end {
@@ -192,6 +193,7 @@ impl Workspace {
             }
             first = end;
         }
+        query.objects.lists.fetch_max(self.lists.len(), Ordering::Relaxed);
         Some(self.stats)
     }
 
@@ -203,7 +205,9 @@ impl Workspace {
         self.found.clear();
         let mut ends = [0; OCTANTS];
         for (sorted, end) in self.sorted.iter().zip(&mut ends) {
-            for probes in sorted.chunks(LANES) {
+            for (number, probes) in sorted.chunks(LANES).enumerate() {
+                let later = sorted.iter().skip((number + 2) * LANES).take(LANES);
+                later.for_each(|&probe| query.probes.prefetch(probe));
                 let mut eight = [probes[0]; LANES];
                 eight[..probes.len()].copy_from_slice(probes);
                 let mut space = [A_RAY; LANES];
@@ -227,6 +231,9 @@ impl Workspace {
     /// All rays of an octant.
     fn descend_octant(&mut self, query: &Query<'_>, octant: usize, first: usize, end: usize) {
         let Self { rays, exact, found, lists, stats, .. } = self;
+        lists.resize(lists.len().max(end - first), 0);
+        // In range: a window has at most 2¹³ rays.
+        (0..).zip(&mut lists[..end - first]).for_each(|(ray, place)| *place = ray);
         let mut bundle = Bundle {
             query,
             octant,
@@ -234,13 +241,11 @@ impl Workspace {
             rays: &mut rays[first..end],
             exact: &exact[first..end],
             found: &mut found[first..end],
+            lists,
             pairs: Pairs::default(),
             stats,
         };
-        // In range: a window has at most 2¹³ rays.
-        let (list, free) = lists.split_at_mut(end - first);
-        (0..).zip(&mut *list).for_each(|(ray, place)| *place = ray);
-        bundle.descend(query.objects.groups.root(), list, free);
+        bundle.descend(query.objects.divided.all(), 0..end - first, end - first);
     }
 
     /// Tells the hits of a window: the probe, the triangle, and t, infinite unless the nearest was asked for.
@@ -270,42 +275,50 @@ struct Bundle<'a> {
     rays: &'a mut [CulledRay],
     exact: &'a [Ray],
     found: &'a mut [Found],
+    lists: &'a mut Vec<u16>,
     pairs: Pairs,
     stats: &'a mut Stats,
 }
 
 impl Bundle<'_> {
-    /// One step of the recursion: a list of rays, and a node that they may meet. Further lists go to where is free.
-    fn descend(&mut self, node: Node, list: &[u16], free: &mut [u16]) {
-        let Some(boxes) = self.query.objects.groups.boxes(node) else { return };
+    /// One step of the recursion: a list of rays, and objects that they may meet. Further lists go to places from `free` on.
+    fn descend(&mut self, part: &Part, list: Range<usize>, free: usize) {
+        let objects = self.query.objects;
+        let division = objects.divided.division(part);
         self.stats.nodes += 1;
-        let (lists, free) = free.split_at_mut((list.len() + LANES) * LANES);
-        let counts = dispatch!(self.query.objects.level, simd => self.distribute(simd, boxes, list, lists));
-        let (near_first, kept) = self.shaft.near_first(boxes, &counts);
+        let stride = list.len() + LANES;
+        let end = free + LANES * stride;
+        if self.lists.len() < end {
+            self.lists.resize(end, 0);
+        }
+        let counts = dispatch!(objects.level, simd => self.distribute(simd, &division.boxes, list, free));
+        let (near_first, kept) = self.shaft.near_first(&division.boxes, &counts);
+        near_first[..kept].iter().for_each(|&lane| division.child(lane).prefetch());
         for &lane in &near_first[..kept] {
-            let child = node.child(lane);
-            let list = &lists[lane * (list.len() + LANES)..][..counts[lane]];
-            match child.leaf() {
-                Some(group) => {
-                    let middle = boxes.centre(lane);
-                    dispatch!(self.query.objects.level, simd => self.leaf(simd, (group, middle), list))
+            let start = free + lane * stride;
+            let list = start..start + counts[lane];
+            match division.child(lane) {
+                Child::Part(part) => self.descend(part, list, end),
+                Child::Group(group) => {
+                    let middle = division.boxes.centre(lane);
+                    dispatch!(objects.level, simd => self.leaf(simd, (group, middle), list));
                 }
-                None => self.descend(child, list, free),
             }
         }
         while self.pairs.len() > 0 {
-            dispatch!(self.query.objects.level, simd => self.test_pairs(simd));
+            dispatch!(objects.level, simd => self.test_pairs(simd));
         }
     }
 
-    /// Asks the shaft, then each ray, which of eight boxes it may meet, and lists the rays of each box. Returns their numbers.
+    /// Asks the shaft, then each ray of a list, which of eight boxes it may meet, and lists the rays of each box from a place on. Returns
+    /// their numbers.
     #[inline(always)]
     fn distribute<S: Simd>(
         &mut self,
         simd: S,
         boxes: &Boxes,
-        list: &[u16],
-        lists: &mut [u16],
+        list: Range<usize>,
+        free: usize,
     ) -> [usize; LANES] {
         let mut counts = [0; LANES];
         let planes = planes(simd, boxes, self.octant);
@@ -316,7 +329,8 @@ impl Bundle<'_> {
         }
         self.stats.box_tests += (list.len() * LANES) as u64;
         let stride = list.len() + LANES;
-        for rays in list.chunks(LANES) {
+        let (lists, free) = self.lists.split_at_mut(free);
+        for rays in lists[list].chunks(LANES) {
             let (mut eight, mut met) = ([0; LANES], 0);
             for (place, &ray) in rays.iter().enumerate() {
                 eight[place] = ray;
@@ -325,7 +339,7 @@ impl Bundle<'_> {
             let eight = u16x8::load_array(simd, eight);
             for (lane, rays) in transposed_bits(met).to_le_bytes().into_iter().enumerate() {
                 let those = eight.compress(mask16x8::from_bitmask(simd, u64::from(rays)));
-                those.store_slice(&mut lists[lane * stride + counts[lane]..][..LANES]);
+                those.store_slice(&mut free[lane * stride + counts[lane]..][..LANES]);
                 counts[lane] += rays.count_ones() as usize;
             }
         }
@@ -334,18 +348,18 @@ impl Bundle<'_> {
 
     /// "DirectlyIntersect": a group of triangles against the rays of a list.
     #[inline(always)]
-    fn leaf<S: Simd>(&mut self, simd: S, (group, middle): (usize, [f32; 3]), list: &[u16]) {
-        let Some(group) = self.query.objects.groups.group(group) else { return };
+    fn leaf<S: Simd>(&mut self, simd: S, (group, middle): (&Group, [f32; 3]), list: Range<usize>) {
         let set_up = GroupTriangles::new(simd, group, middle);
         self.stats.triangles_set_up += LANES as u64;
-        for &ray in list {
+        self.stats.samples_tested += (list.len() * LANES) as u64;
+        for place in list {
+            let ray = self.lists[place];
             let candidates = set_up.candidates(&self.rays[ray as usize]);
             self.pairs.push(simd, u32::from(ray), set_up.ids, candidates);
             if self.pairs.len() >= LANES {
                 self.test_pairs(simd);
             }
         }
-        self.stats.samples_tested += (list.len() * LANES) as u64;
     }
 
     /// Tests up to eight pairs of rays and triangles.

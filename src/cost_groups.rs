@@ -1,25 +1,35 @@
-//! Objects in groups of eight, divided by cost: the partition of the objects for arbitrary rays.
+//! Objects divided by cost, where rays enter: the partition of the objects for arbitrary rays.
 //!
-//! Like [`crate::runs`], but neighbours are found by cost instead of along a curve, and groups may have room left. Every node
-//! has up to eight children that are alike in capacity: node i of a level holds nodes 8i to 8i + 7 of the level below, and the
-//! hierarchy is implicit in places: one per triangle, and some that stay empty.
+//! Objects are one part. When rays first enter a part, it is divided into up to eight, [`crate::cost_division`]: boxes that rays are
+//! asked about together, and behind each a part of its own or a group of up to eight triangles. What no ray enters is never
+//! divided. A division lasts as long as the query, for the windows of rays that come later; many objects are divided before
+//! the first ray comes, by all threads.
 //!
-//! How they are divided: [`crate::cost_division`].
+//! Rays on other threads that enter a part while it is being divided wait for it.
 //!
-//! Based on: Timothy Kay and James Kajiya, "Ray Tracing Complex Scenes", 1986 (boxes).
+//! Children that are alike in capacity, so that a node's place tells all and nothing points anywhere, cost rays 1.4 (sponza), 1.0 (koala)
+//! and 1.6 times (chess) as many nodes, and 1.2, 1.1 and 1.7 times as many groups.
+//!
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
+//! 2011 (objects are divided where rays are); Timothy Kay and James Kajiya, "Ray Tracing Complex Scenes", 1986 (boxes).
 
 use std::mem::size_of;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use fearless_simd::{Level, dispatch, prelude::*};
+use prefetch_index::prefetch_index;
 use rayon::prelude::*;
 
-use crate::cost_division::{FANOUT, Item, children_for, divide};
+use crate::Triangles;
+use crate::cost_division::{FANOUT, Item, MANY, Section, divide};
 use crate::culling_space::CullingSpace;
-use crate::gather::{bounds, eight_corners};
+use crate::gather::eight_corners;
 use crate::hits::NO_TRIANGLE;
 use crate::lanes::{Boxes, LANES, Narrow};
-use crate::runs::Node;
-use crate::{Aabb, Triangles};
+
+/// Divisions on the way from all objects to a part; deeper ones are by number alone. Real scenes have ten.
+const DEEP: u32 = 40;
 
 /// Eight triangles in the culling space. Lanes without one repeat another.
 #[derive(Debug, Clone, Copy)]
@@ -35,96 +45,178 @@ pub(crate) struct Group {
     pub(crate) ids: [u32; LANES],
 }
 
-/// Triangles in groups, with the boxes of the implicit hierarchy over them.
+/// Objects that are divided when rays first enter them.
 #[derive(Debug)]
-pub(crate) struct Groups {
-    groups: Vec<Group>,
-    /// Boxes of the groups in the culling space, then of ever larger ones, up to one vector of boxes.
-    levels: Vec<Vec<Boxes>>,
-    triangles: usize,
+pub(crate) struct Part {
+    /// None, once they are divided.
+    undivided: Mutex<Vec<Item>>,
+    division: OnceLock<Box<Division>>,
+    depth: u32,
 }
 
-impl Groups {
-    /// Divides triangles by cost. O(n log n).
-    pub(crate) fn new(triangles: &Triangles<'_>, space: &CullingSpace, level: Level) -> Self {
+/// A division of objects.
+#[derive(Debug)]
+pub(crate) struct Division {
+    /// Of the parts, then of the groups, in the culling space.
+    pub(crate) boxes: Boxes,
+    parts: Box<[Part]>,
+    groups: Box<[Group]>,
+}
+
+/// What stands behind a box.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Child<'a> {
+    /// More objects than a group has.
+    Part(&'a Part),
+    /// Up to eight triangles.
+    Group(&'a Group),
+}
+
+/// Triangles, divided by cost where rays enter.
+#[derive(Debug)]
+pub(crate) struct CostDivided<'a> {
+    triangles: &'a Triangles<'a>,
+    space: CullingSpace,
+    level: Level,
+    all: Part,
+    /// Bytes of divisions.
+    bytes: AtomicUsize,
+    /// Objects that are not in groups.
+    undivided: AtomicUsize,
+}
+
+impl<'a> CostDivided<'a> {
+    /// All triangles. O(n log n) for them and the rays together.
+    pub(crate) fn new(triangles: &'a Triangles<'a>, space: CullingSpace, level: Level) -> Self {
         // In range: there are fewer than 2³² triangles.
-        let ids = 0..triangles.len() as u32;
-        let mut items: Vec<Item> =
-            ids.into_par_iter().with_min_len(1 << 12).map(|id| Item::new(triangles, space, id)).collect();
-        let mut capacity = FANOUT;
-        while children_for(items.len(), capacity) > FANOUT {
-            capacity *= FANOUT;
-        }
-        let mut places = vec![NO_TRIANGLE; children_for(items.len(), capacity) * capacity];
-        divide(&mut items, &mut places, capacity, level);
-        drop(items);
-        let boxes = group_boxes(triangles, space, &places, level);
-        let eight = |ids: &[u32]| dispatch!(level, simd => Group::new(simd, triangles, space, ids));
-        let of_groups = places.par_chunks(FANOUT).with_min_len(64).map(eight).collect();
-        let mut groups = Self { groups: of_groups, levels: vec![boxes], triangles: triangles.len() };
-        while let Some(top) = groups.levels.last().filter(|top| top.len() > 1) {
-            let next = top.par_chunks(FANOUT).with_min_len(64).map(|children| {
-                let mut boxes = Boxes::EMPTY;
-                for (lane, child) in children.iter().enumerate() {
-                    let union = (0..LANES).map(|lane| child.get(lane)).fold(Aabb::EMPTY, Aabb::union);
-                    boxes.set(lane, &union);
-                }
-                boxes
+        let ids = (0..triangles.len() as u32).into_par_iter().with_min_len(MANY);
+        let items: Vec<Item> = ids.map(|id| Item::new(triangles, &space, id)).collect();
+        let undivided = AtomicUsize::new(items.len());
+        let divided =
+            Self { triangles, space, level, all: Part::new(items, 0), bytes: AtomicUsize::new(0), undivided };
+        divided.divide_early(&divided.all, triangles.len());
+        divided
+    }
+
+    /// The part of all objects.
+    pub(crate) fn all(&self) -> &Part {
+        &self.all
+    }
+
+    /// The division of a part: made now, unless rays were here before.
+    #[inline]
+    pub(crate) fn division<'b>(&self, part: &'b Part) -> &'b Division {
+        part.division.get_or_init(|| self.divide(part))
+    }
+
+    /// Divides a part of so many objects, and its parts, by all threads.
+    fn divide_early(&self, part: &Part, objects: usize) {
+        if objects > MANY {
+            self.division(part).parts.par_iter().for_each(|part| {
+                let objects = part.lock().len();
+                self.divide_early(part, objects);
             });
-            let next = next.collect();
-            groups.levels.push(next);
         }
-        groups
     }
 
-    /// Levels of boxes.
-    pub(crate) fn levels(&self) -> usize {
-        self.levels.len()
+    #[cold]
+    fn divide(&self, part: &Part) -> Box<Division> {
+        let mut items = std::mem::take(&mut *part.lock());
+        let sections =
+            if items.is_empty() { Vec::new() } else { divide(self.level, &mut items, part.depth >= DEEP) };
+        let division = dispatch!(self.level, simd => self.divided(simd, &items, &sections, part.depth + 1));
+        let groups = division.groups.len() * size_of::<Group>();
+        let parts = division.parts.len() * size_of::<Part>();
+        self.bytes.fetch_add(size_of::<Division>() + groups + parts, Ordering::Relaxed);
+        Box::new(division)
     }
 
-    /// The vector of nodes that holds everything.
-    pub(crate) fn root(&self) -> Node {
-        Node::root_above(self.levels.len())
+    #[inline(always)]
+    fn divided<S: Simd>(&self, simd: S, items: &[Item], sections: &[Section], depth: u32) -> Division {
+        let (mut boxes, mut lane) = (Boxes::EMPTY, 0);
+        let (mut parts, mut groups, mut in_groups) = (Vec::new(), Vec::new(), 0);
+        let are_parts = sections.iter().filter(|section| section.objects.len() > FANOUT);
+        let are_groups = sections.iter().filter(|section| section.objects.len() <= FANOUT);
+        for section in are_parts.chain(are_groups) {
+            let items = &items[section.objects.clone()];
+            boxes.set(lane, &section.bounds);
+            lane += 1;
+            if items.len() > FANOUT {
+                parts.push(Part::new(items.to_vec(), depth));
+            } else {
+                groups.push(Group::new(simd, self.triangles, &self.space, items));
+                in_groups += items.len();
+            }
+        }
+        self.undivided.fetch_sub(in_groups, Ordering::Relaxed);
+        Division { boxes, parts: parts.into(), groups: groups.into() }
     }
 
-    /// The boxes of a node's children, in the culling space.
-    #[inline]
-    pub(crate) fn boxes(&self, node: Node) -> Option<&Boxes> {
-        node.boxes(&self.levels)
-    }
-
-    /// The triangles of a group; none in a place that fills up a vector of boxes.
-    #[inline]
-    pub(crate) fn group(&self, group: usize) -> Option<&Group> {
-        self.groups.get(group)
-    }
-
-    /// Bytes at the peak.
+    /// Bytes: what all objects took before they were divided, while their first parts were made, or what there is now.
     pub(crate) fn bytes(&self) -> usize {
-        let boxes: usize = self.levels.iter().map(Vec::capacity).sum();
-        let kept = boxes * size_of::<Boxes>() + self.groups.capacity() * size_of::<Group>();
-        let items = self.triangles * size_of::<Item>();
-        let places = self.groups.len() * size_of::<[u32; FANOUT]>();
-        places + if kept > items { kept } else { items }
+        let undivided = self.undivided.load(Ordering::Relaxed) * size_of::<Item>();
+        let first = 2 * self.triangles.len() * size_of::<Item>();
+        first.max(self.bytes.load(Ordering::Relaxed) + undivided)
+    }
+}
+
+impl Part {
+    fn new(items: Vec<Item>, depth: u32) -> Self {
+        Self { undivided: Mutex::new(items), division: OnceLock::new(), depth }
+    }
+
+    /// Nothing can go wrong while it is held.
+    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Item>> {
+        self.undivided.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Child<'_> {
+    /// Has what is needed of it read into the cache, while something else is done.
+    #[inline]
+    pub(crate) fn prefetch(self) {
+        match self {
+            // The vectors that begin the five lines of a group.
+            Self::Group(Group { a, e1, e2, .. }) => {
+                let begins = [&a[0], &a[2], &e1[1], &e2[0], &e2[2]];
+                begins.into_iter().for_each(|vector| prefetch_index(vector, 0));
+            }
+            Self::Part(part) => {
+                if let Some(division) = part.division.get() {
+                    let Boxes { lo, hi } = &division.boxes;
+                    [&lo[0], &lo[2], &hi[1]].into_iter().for_each(|vector| prefetch_index(vector, 0));
+                }
+            }
+        }
+    }
+}
+
+impl Division {
+    /// What stands behind a box that is not empty.
+    #[inline]
+    pub(crate) fn child(&self, lane: usize) -> Child<'_> {
+        match self.parts.get(lane) {
+            Some(part) => Child::Part(part),
+            None => Child::Group(&self.groups[lane - self.parts.len()]),
+        }
     }
 }
 
 impl Group {
-    /// The triangles of a group's places.
+    /// One triangle or up to eight.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(
         simd: S,
         triangles: &Triangles<'_>,
         space: &CullingSpace,
-        places: &[u32],
+        items: &[Item],
     ) -> Self {
-        let mut ids = [NO_TRIANGLE; LANES];
-        ids.copy_from_slice(places);
         let [mut a, mut e1, mut e2] = [[[0.0; LANES]; 3]; 3];
-        let present = ids_of(places, 0);
-        let Some(&last) = present.last() else { return Self { a, e1, e2, ids } };
-        let mut eight = [last; LANES];
-        eight[..present.len()].copy_from_slice(present);
+        let mut ids = [NO_TRIANGLE; LANES];
+        let mut eight = [items[0].id(); LANES];
+        for (lane, item) in items.iter().enumerate() {
+            (ids[lane], eight[lane]) = (item.id(), item.id());
+        }
         let corners = eight_corners(simd, triangles, &eight);
         for k in 0..3 {
             let corner = |corner: usize| Narrow::load_array_ref(simd, &corners[corner][k]);
@@ -137,37 +229,10 @@ impl Group {
     }
 }
 
-/// The triangles of a group: those before the first empty place. None in a group that fills up a vector of boxes.
-fn ids_of(places: &[u32], group: usize) -> &[u32] {
-    let ids = places.get(group * FANOUT..(group + 1) * FANOUT).unwrap_or(&[]);
-    let count = ids.iter().position(|&id| id == NO_TRIANGLE).unwrap_or(ids.len());
-    &ids[..count]
-}
-
-/// The boxes of all groups.
-fn group_boxes(triangles: &Triangles<'_>, space: &CullingSpace, places: &[u32], level: Level) -> Vec<Boxes> {
-    let groups = places.len() / FANOUT;
-    let of_vector = |vector: usize| {
-        let mut boxes = Boxes::EMPTY;
-        dispatch!(level, simd => {
-            for (lane, group) in (vector * FANOUT..(vector * FANOUT + FANOUT).min(groups)).enumerate() {
-                let ids = ids_of(places, group);
-                if let Some(&last) = ids.last() {
-                    let mut eight = [last; FANOUT];
-                    eight[..ids.len()].copy_from_slice(ids);
-                    boxes.set(lane, &space.aabb(&bounds(simd, triangles, &eight)));
-                }
-            }
-        });
-        boxes
-    };
-    (0..groups.div_ceil(FANOUT)).into_par_iter().with_min_len(32).map(of_vector).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Isa;
+    use crate::{Aabb, Isa};
 
     /// Small triangles at places of a sequence, and a few that are as large as all of them.
     fn scattered(count: u16, step: f32) -> Vec<[f32; 3]> {
@@ -184,24 +249,27 @@ mod tests {
             (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let triangles = Triangles::new(positions, &indices).expect("valid triangles");
         let space = CullingSpace::over(&triangles.position_bounds()).expect("a space");
-        let groups = Groups::new(&triangles, &space, Isa::Auto.level().expect("every machine has one"));
+        let level = Isa::Auto.level().expect("every machine has one");
+        let divided = CostDivided::new(&triangles, space, level);
         let mut seen = vec![0; triangles.len()];
-        let mut nodes = vec![(groups.root(), Aabb { lo: [-1.0; 3], hi: [1.0; 3] })];
-        while let Some((node, around)) = nodes.pop() {
-            let Some(boxes) = groups.boxes(node) else { continue };
+        let mut parts = vec![(divided.all(), Aabb { lo: [-1.0; 3], hi: [1.0; 3] })];
+        while let Some((part, around)) = parts.pop() {
+            let division = divided.division(part);
             for lane in 0..LANES {
-                let bounds = boxes.get(lane);
-                assert!(bounds.is_empty() || bounds.union(around) == around, "{bounds:?} in {around:?}");
-                match node.child(lane).leaf() {
-                    Some(group) => {
-                        let ids = groups.group(group).map_or([NO_TRIANGLE; LANES], |group| group.ids);
-                        for id in ids.into_iter().filter(|&id| id != NO_TRIANGLE) {
+                let bounds = division.boxes.get(lane);
+                if bounds.is_empty() {
+                    continue;
+                }
+                assert_eq!(bounds.union(around), around, "{bounds:?} in {around:?}");
+                match division.child(lane) {
+                    Child::Group(group) => {
+                        for id in group.ids.into_iter().filter(|&id| id != NO_TRIANGLE) {
                             seen[id as usize] += 1;
                             let own = space.aabb(&triangles.bounds(id));
                             assert_eq!(own.union(bounds), bounds, "triangle {id}");
                         }
                     }
-                    None => nodes.push((node.child(lane), if bounds.is_empty() { around } else { bounds })),
+                    Child::Part(part) => parts.push((part, bounds)),
                 }
             }
         }

@@ -4,6 +4,7 @@
 //! A hit is kept as bounds of its t. Two hits whose bounds do not overlap need no exact comparison.
 
 use glam::DVec3;
+use prefetch_index::prefetch_index;
 
 use crate::depth::precedes;
 use crate::hemisphere::AmbientRay;
@@ -89,6 +90,20 @@ impl Probes<'_> {
                 }
                 space.each_ref()
             }
+        }
+    }
+
+    /// Has the ray of a probe read into the cache, where it is read and not made.
+    #[inline]
+    pub(crate) fn prefetch(&self, probe: u32) {
+        // It need not begin with a line of the cache; the one that follows begins where it ends.
+        match self {
+            Self::Rays(Rays::General(rays)) => {
+                prefetch_index(rays, probe as usize);
+                prefetch_index(rays, probe as usize + 1);
+            }
+            Self::Ambient(rays) => prefetch_index(rays, probe as usize),
+            _ => {}
         }
     }
 

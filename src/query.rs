@@ -2,21 +2,17 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use fearless_simd::Level;
-use rayon::prelude::*;
-
 use crate::bundles::Objects;
+use crate::error::first_wrong;
 use crate::general;
 use crate::hits::NO_TRIANGLE;
 use crate::probes::Probes;
 use crate::runs::Runs;
 use crate::{
-    Error, Frame, Hits, Occlusion, OpenRays, Options, Origin, Path, Ray, RaySamples, Rays, Receiver, Segment,
+    Error, Frame, Hits, Occlusion, OpenRays, Options, Origin, Path, RaySamples, Rays, Receiver, Segment,
     Stats, Triangles, ambient, clusters, hemispheres, recursion, shadow,
 };
-
-/// Rays that one task checks at least.
-const CHECKED: usize = 1 << 12;
+use fearless_simd::Level;
 
 /// Finds the nearest triangle along each ray: by exact t, then by the smaller id.
 ///
@@ -174,11 +170,10 @@ pub(crate) fn run(
     frame: &mut Frame,
 ) -> Result<Stats, Error> {
     let level = check_call(rays.len(), options)?;
-    if let Rays::General(rays) = rays {
-        let out_of_range = |ray: &Ray| ray.check().is_err();
-        if let Some(ray) = rays.par_iter().with_min_len(CHECKED).position_first(out_of_range) {
-            rays[ray].check()?;
-        }
+    if let Rays::General(rays) = rays
+        && let Some(ray) = first_wrong(rays, |ray| ray.check().is_err())
+    {
+        rays[ray].check()?;
     }
     in_pool(|| match (rays, options.path) {
         (Rays::Pencil(pencil), Path::Pencil) => {

@@ -3,14 +3,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::error::first_wrong;
 use crate::{Aabb, Error};
 
 /// The id of a triangle: its index in the slice given to [`Triangles::new`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TriangleId(pub u32);
-
-/// Positions or triangles that one task checks at least.
-const CHECKED: usize = 1 << 14;
 
 /// Borrowed triangles: finite positions, indices in range. Nothing is copied.
 #[derive(Debug, Clone, Copy)]
@@ -31,14 +29,13 @@ impl<'a> Triangles<'a> {
             return Err(Error::TooManyTriangles { triangles: indices.len() });
         }
         let not_finite = |p: &[f32; 3]| !p.iter().all(|x| x.is_finite());
-        let first = positions.par_iter().with_min_len(CHECKED).position_first(not_finite);
-        if let Some(vertex) = first {
+        if let Some(vertex) = first_wrong(positions, not_finite) {
             return Err(Error::NonFinitePosition { vertex, position: positions[vertex] });
         }
         let vertices = positions.len();
         let outside = |&&v: &&u32| v as usize >= vertices;
         let wrong = |corners: &[u32; 3]| corners.iter().find(outside).is_some();
-        if let Some(triangle) = indices.par_iter().with_min_len(CHECKED).position_first(wrong)
+        if let Some(triangle) = first_wrong(indices, wrong)
             && let Some(&vertex) = indices[triangle].iter().find(outside)
         {
             return Err(Error::IndexOutOfRange { triangle, vertex, vertices });
