@@ -4,7 +4,7 @@
 //! fill the picture alone.
 
 use umbel::glam::DVec3;
-use umbel::{Aabb, Domain, Film, GridFilm, OnDemand, Origin, Pencil};
+use umbel::{Aabb, Detail, Domain, Film, GridFilm, OnDemand, Origin, Pencil};
 
 use crate::Result;
 
@@ -61,17 +61,17 @@ impl OnDemand for Sheets {
         (0..self.count).collect()
     }
 
-    fn bounds(&self, sheet: &u32, Domain { u, v }: Domain) -> Aabb {
+    fn bounds(&self, sheet: &u32, Domain { u, v }: Domain, _: &Detail) -> Aabb {
         let (distance, half) = self.place(*sheet);
         let [x, y] = [(u, half[0]), (v, half[1])].map(|(t, half)| t.map(|t| ((2.0 * t - 1.0) * half) as f32));
         Aabb { lo: [x[0], y[0], (-distance) as f32], hi: [x[1], y[1], (HEIGHT - distance) as f32] }
     }
 
-    fn expand(&self, _: &u32, _: f64, _: &mut Vec<u32>) -> bool {
+    fn expand(&self, _: &u32, _: f64, _: &Detail, _: &mut Vec<u32>) -> bool {
         false
     }
 
-    fn evaluate(&self, sheet: &u32, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
+    fn evaluate(&self, sheet: &u32, parameters: &[[f64; 2]], _: &Detail, points: &mut Vec<[f32; 3]>) {
         let (distance, half) = self.place(*sheet);
         points.extend(parameters.iter().map(|&[u, v]| {
             let height = (wave(u) + wave(v)) * (0.5 * HEIGHT);

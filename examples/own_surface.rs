@@ -10,7 +10,8 @@ use std::path::Path;
 
 use umbel::glam::DVec3;
 use umbel::{
-    Aabb, Array, Camera, Dicing, Domain, Error, Lens, OnDemand, Options, closest_hit_on_demand, write_npy,
+    Aabb, Array, Camera, Detail, Dicing, Domain, Error, Lens, OnDemand, Options, closest_hit_on_demand,
+    write_npy,
 };
 
 struct Torus;
@@ -23,18 +24,18 @@ impl OnDemand for Torus {
     }
 
     /// The angle is at most half a part's width from that of its middle, and the point moves by less than 5 per radian.
-    fn bounds(&self, (): &(), Domain { u, v }: Domain) -> Aabb {
+    fn bounds(&self, (): &(), Domain { u, v }: Domain, detail: &Detail) -> Aabb {
         let mut middle = Vec::new();
-        self.evaluate(&(), &[[(u[0] + u[1]) / 2.0, (v[0] + v[1]) / 2.0]], &mut middle);
+        self.evaluate(&(), &[[(u[0] + u[1]) / 2.0, (v[0] + v[1]) / 2.0]], detail, &mut middle);
         let reach = ((u[1] - u[0]) + (v[1] - v[0])) as f32 * 5.0 * PI + 1e-5;
         Aabb { lo: middle[0].map(|x| x - reach), hi: middle[0].map(|x| x + reach) }
     }
 
-    fn expand(&self, (): &(), _spacing: f64, _parts: &mut Vec<()>) -> bool {
+    fn expand(&self, (): &(), _spacing: f64, _: &Detail, _parts: &mut Vec<()>) -> bool {
         false
     }
 
-    fn evaluate(&self, (): &(), parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
+    fn evaluate(&self, (): &(), parameters: &[[f64; 2]], _: &Detail, points: &mut Vec<[f32; 3]>) {
         points.extend(parameters.iter().map(|[u, v]| {
             // Parameter 1 is parameter 0: the borders meet to the bit.
             let ((sin, cos), (y, x)) = (libm::sincos(u % 1.0 * TAU), libm::sincos(v % 1.0 * TAU));

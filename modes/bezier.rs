@@ -5,7 +5,7 @@
 //!
 //! Based on: Edwin Catmull, "A Subdivision Algorithm for Computer Display of Curved Surfaces", 1974.
 
-use umbel_core::{Aabb, Domain, OnDemand};
+use umbel_core::{Aabb, Detail, Domain, OnDemand};
 
 use crate::bicubic::Bicubic;
 use crate::extent::widened;
@@ -53,21 +53,21 @@ impl OnDemand for BezierPatches {
         self.tree.roots()
     }
 
-    fn bounds(&self, object: &Node, domain: Domain) -> Aabb {
+    fn bounds(&self, object: &Node, domain: Domain, _detail: &Detail) -> Aabb {
         match self.bicubic(object) {
             Some(patch) if domain != Domain::UNIT => patch.extent(domain).outward(),
             _ => self.tree.bounds(*object),
         }
     }
 
-    fn expand(&self, object: &Node, _spacing: f64, parts: &mut Vec<Node>) -> bool {
+    fn expand(&self, object: &Node, _spacing: f64, _detail: &Detail, parts: &mut Vec<Node>) -> bool {
         parts.extend(self.tree.parts(*object));
         self.tree.patch(*object).is_none()
     }
 
-    fn evaluate(&self, patch: &Node, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
+    fn evaluate(&self, patch: &Node, parameters: &[[f64; 2]], detail: &Detail, points: &mut Vec<[f32; 3]>) {
         if let Some(mut patch) = self.bicubic(patch) {
-            map_points(&mut patch, parameters, points);
+            map_points(&mut patch, parameters, detail.level(), points);
         }
     }
 

@@ -18,7 +18,7 @@ use std::collections::HashMap;
 use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use umbel_core::{Aabb, Domain, OnDemand};
+use umbel_core::{Aabb, Detail, Domain, OnDemand};
 
 use crate::Scene;
 use crate::displacement::{Displacement, UvBox, uv_box};
@@ -91,7 +91,10 @@ impl DisplacedMesh {
         let boxes: Vec<Aabb> = (0..mesh.polygons.len() as u32)
             .into_par_iter()
             .map(|face| {
-                let patches = mesh.patches(face).map(|patch| mesh.bounds(&patch, Domain::UNIT));
+                let corners = mesh.polygons.corners_of(face);
+                // In range: corners are counted in 32 bits.
+                let patches =
+                    corners.map(|corner| mesh.patch_bounds(face, corner as u32, Domain::UNIT, None));
                 patches.fold(Aabb::EMPTY, Aabb::union)
             })
             .collect();
@@ -123,6 +126,17 @@ impl DisplacedMesh {
         let middle = |other: usize| (of(here) + of(other)) * 0.5;
         let sum = (corners.start + 1..corners.end).fold(of(corners.start), |sum, k| sum + of(k));
         Bilinear([of(here), middle(next), sum * (1.0 / corners.len() as f64), middle(before)])
+    }
+
+    /// A box around a part of a patch, for some detail or any.
+    fn patch_bounds(&self, face: u32, corner: u32, domain: Domain, detail: Option<&Detail>) -> Aabb {
+        let points = self.bilinear(face, corner, |k| self.position(k));
+        let reach = Extent::of(points.0).reach();
+        let points = Extent::of(points.part(domain)).with_slack(reach);
+        let normals = self.bilinear(face, corner, |k| self.normal(k));
+        let normals = Extent::of(normals.part(domain)).with_slack(1.0);
+        let uvs = || self.uv_box(face, corner, domain);
+        self.displacement.extent((points, normals), uvs, detail).outward()
     }
 
     fn position(&self, corner: usize) -> DVec3 {
@@ -184,13 +198,14 @@ struct Patch<'a> {
     positions: Bilinear<DVec3>,
     normals: Bilinear<DVec3>,
     uvs: Bilinear<DVec2>,
+    detail: &'a Detail,
     cells: Cells,
 }
 
 impl LaneMap for Patch<'_> {
     #[inline(always)]
     fn points<S: Simd>(&mut self, simd: S, [u, v]: [Lanes<S>; 2]) -> PointLanes<S> {
-        let Self { mesh, face, corner, cells, .. } = self;
+        let Self { mesh, face, corner, detail, cells, .. } = self;
         let mut uvs = [[0.0; 2]; LANES];
         if mesh.displacement.needs_uvs() {
             for (lane, uv) in uvs.iter_mut().enumerate() {
@@ -198,7 +213,7 @@ impl LaneMap for Patch<'_> {
             }
         }
         let found = (self.positions.lanes(simd, [u, v]), self.normals.lanes(simd, [u, v]));
-        mesh.displacement.displaced_lanes(simd, found, &uvs, cells)
+        mesh.displacement.displaced_lanes(simd, found, &uvs, (detail, cells))
     }
 }
 
@@ -266,20 +281,20 @@ impl OnDemand for DisplacedMesh {
         self.tree.roots().into_iter().map(FaceObject::Faces).collect()
     }
 
-    fn bounds(&self, object: &FaceObject, domain: Domain) -> Aabb {
-        let (face, corner) = match *object {
-            FaceObject::Faces(node) => return self.tree.bounds(node),
-            FaceObject::Corner { face, corner } => (face, corner),
-        };
-        let points = self.bilinear(face, corner, |k| self.position(k));
-        let reach = Extent::of(points.0).reach();
-        let points = Extent::of(points.part(domain)).with_slack(reach);
-        let normals = self.bilinear(face, corner, |k| self.normal(k));
-        let normals = Extent::of(normals.part(domain)).with_slack(1.0);
-        self.displacement.extent(points, normals, || self.uv_box(face, corner, domain)).outward()
+    fn bounds(&self, object: &FaceObject, domain: Domain, detail: &Detail) -> Aabb {
+        match *object {
+            FaceObject::Faces(node) => self.tree.bounds(node),
+            FaceObject::Corner { face, corner } => self.patch_bounds(face, corner, domain, Some(detail)),
+        }
     }
 
-    fn expand(&self, object: &FaceObject, _spacing: f64, parts: &mut Vec<FaceObject>) -> bool {
+    fn expand(
+        &self,
+        object: &FaceObject,
+        _spacing: f64,
+        _detail: &Detail,
+        parts: &mut Vec<FaceObject>,
+    ) -> bool {
         let FaceObject::Faces(node) = *object else {
             return false;
         };
@@ -290,7 +305,13 @@ impl OnDemand for DisplacedMesh {
         true
     }
 
-    fn evaluate(&self, patch: &FaceObject, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
+    fn evaluate(
+        &self,
+        patch: &FaceObject,
+        parameters: &[[f64; 2]],
+        detail: &Detail,
+        points: &mut Vec<[f32; 3]>,
+    ) {
         let FaceObject::Corner { face, corner } = *patch else {
             return;
         };
@@ -301,9 +322,10 @@ impl OnDemand for DisplacedMesh {
             positions: self.bilinear(face, corner, |k| self.position(k)),
             normals: self.bilinear(face, corner, |k| self.normal(k)),
             uvs: self.bilinear(face, corner, |k| self.uv(k)),
+            detail,
             cells: NO_CELLS,
         };
-        map_points(&mut patch, parameters, points);
+        map_points(&mut patch, parameters, detail.level(), points);
     }
 
     fn id(&self, patch: &FaceObject) -> u32 {

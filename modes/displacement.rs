@@ -7,8 +7,9 @@
 //!
 //! Based on: Robert Cook, "Shade Trees", 1984 (displacement); Ramon Moore, "Interval Analysis", 1966.
 
-use fearless_simd::prelude::*;
+use fearless_simd::{Level, prelude::*};
 use glam::{DVec2, DVec3};
+use umbel_core::Detail;
 
 use crate::extent::Extent;
 use crate::height_map::HeightMap;
@@ -75,7 +76,7 @@ impl Displacement {
         simd: S,
         (point, normal): (PointLanes<S>, PointLanes<S>),
         uvs: &[[f64; 2]; LANES],
-        cells: &mut Cells,
+        (detail, cells): (&Detail, &mut Cells),
     ) -> PointLanes<S> {
         if self.is_none() {
             return point;
@@ -90,7 +91,10 @@ impl Displacement {
                 }
                 Lanes::load_array(simd, heights)
             }
-            Relief::Noise(noise) => noise.lanes(simd, point, cells),
+            Relief::Noise(noise) => {
+                let spacing = self.spacings(simd, detail, point);
+                noise.lanes(simd, (point, spacing), cells)
+            }
         };
         let (height, moves) = (height * self.height, length.simd_gt(0.0));
         let mut moved = point;
@@ -100,8 +104,24 @@ impl Displacement {
         moved
     }
 
-    /// A box around all points moved along all normals. The box of points has room for their rounding.
-    pub(crate) fn extent(&self, points: Extent, normals: Extent, uvs: impl FnOnce() -> UvBox) -> Extent {
+    /// How far apart rays are, at least, wherever eight points may be moved to.
+    #[inline(always)]
+    fn spacings<S: Simd>(&self, simd: S, detail: &Detail, point: PointLanes<S>) -> Lanes<S> {
+        let mut ends = [[[0.0; LANES]; 3]; 2];
+        for k in 0..3 {
+            ends[0][k] = *(point[k] - self.height.abs()).as_array();
+            ends[1][k] = *(point[k] + self.height.abs()).as_array();
+        }
+        Lanes::load_array(simd, detail.spacings([&ends[0], &ends[1]]))
+    }
+
+    /// A box around all points moved along all normals, for some detail or any. The box of points has room for their rounding.
+    pub(crate) fn extent(
+        &self,
+        (points, normals): (Extent, Extent),
+        uvs: impl FnOnce() -> UvBox,
+        detail: Option<&Detail>,
+    ) -> Extent {
         if self.is_none() {
             return points;
         }
@@ -111,7 +131,11 @@ impl Displacement {
                 let [lo, hi] = uvs();
                 map.range(lo, hi)
             }
-            Relief::Noise(noise) => noise.range(&points),
+            Relief::Noise(noise) => {
+                let Extent { lo, hi } = points.grown(self.height.abs());
+                let spacing = detail.map_or([0.0, f64::INFINITY], |detail| detail.spacing([lo, hi]));
+                noise.range(&points, spacing, detail.map_or_else(Level::new, Detail::level))
+            }
         };
         let heights = [least * self.height, greatest * self.height];
         let units = unit_normals(normals);

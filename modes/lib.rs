@@ -21,11 +21,11 @@
 //! ```
 
 pub use umbel_core::{
-    Aabb, Above, Accuracy, Around, Cone, DicedTriangles, Dicing, Domain, Film, Frame, Frustum, GridFilm,
-    Grouping, Hemisphere, Hit, Hits, Isa, NO_TRIANGLE, Occlusion, OnDemand, OpenRays, Options, Origin,
-    Partition, Path, Pencil, Ray, RaySample, RaySamples, Rays, Receiver, Segment, Side, Stats, SurfaceHits,
-    TileStats, TriangleId, Triangles, any_hit, blocked, closest_hit, closest_hit_on_demand, dice_all, glam,
-    open_rays, open_rays_on_demand, shadowed, shadowed_on_demand,
+    Aabb, Above, Accuracy, Around, Cone, Detail, DicedTriangles, Dicing, Domain, Film, Frame, Frustum,
+    GridFilm, Grouping, Hemisphere, Hit, Hits, Isa, NO_TRIANGLE, Occlusion, OnDemand, OpenRays, Options,
+    Origin, Partition, Path, Pencil, Ray, RaySample, RaySamples, Rays, Receiver, Segment, Side, Stats,
+    SurfaceHits, TileStats, TriangleId, Triangles, any_hit, blocked, closest_hit, closest_hit_on_demand,
+    dice_all, glam, open_rays, open_rays_on_demand, shadowed, shadowed_on_demand,
 };
 
 mod ambient;

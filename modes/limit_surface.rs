@@ -72,12 +72,12 @@ fn corner_at(place: [f64; 2]) -> Option<usize> {
 
 impl LimitQuad<'_> {
     /// Samples at parameters; normals only where they are asked for.
-    pub(crate) fn samples(&self, places: &[Place], normals: bool, out: &mut [Sample]) {
+    pub(crate) fn samples(&self, places: &[Place], normals: bool, level: Level, out: &mut [Sample]) {
         let (children, limits) = match self.shapes.get(self.shape) {
             Shape::Regular(rows) => {
                 let patch =
                     Bicubic::of_b_spline(&std::array::from_fn(|k| weighted(rows.row(k), self.points)));
-                return regular(&patch, places, normals, out);
+                return regular(&patch, places, normals, level, out);
             }
             Shape::Irregular { children, limits } => (children, limits),
         };
@@ -99,7 +99,7 @@ impl LimitQuad<'_> {
             let points = rows.apply(self.points);
             let child =
                 LimitQuad { shapes: self.shapes, shape: *shape, points: &points, depth: self.depth + 1 };
-            child.samples(places, normals, out);
+            child.samples(places, normals, level, out);
         }
     }
 
@@ -155,8 +155,8 @@ impl LimitQuad<'_> {
 }
 
 /// Samples of a regular quad.
-fn regular(patch: &Bicubic, places: &[Place], normals: bool, out: &mut [Sample]) {
-    dispatch!(Level::new(), simd => match normals {
+fn regular(patch: &Bicubic, places: &[Place], normals: bool, level: Level, out: &mut [Sample]) {
+    dispatch!(level, simd => match normals {
         true => sample_all::<_, true>(simd, patch, places, out),
         false => sample_all::<_, false>(simd, patch, places, out),
     });

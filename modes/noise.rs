@@ -9,15 +9,20 @@
 //! Coordinates are mapped to the lattice by one rounded product and one rounded sum, which are monotone: a point within a box lies
 //! within it on the lattice, too.
 //!
+//! An octave whose waves, two cells long, are too short for the rays to tell apart is replaced by its mean, ½, as far as
+//! [`Detail::share`] says: half of the octaves of a picture need not be computed.
+//!
 //! Based on: Ken Perlin, "An Image Synthesizer", 1985 and "Improving Noise", 2002 (lattices, hashes, w); Wolfgang Heidrich, Philipp
 //! Slusallek and Hans-Peter Seidel, "Sampling Procedural Shaders Using Affine Arithmetic", 1998 (ranges of procedures over boxes).
 
 use fearless_simd::{Level, dispatch, prelude::*, u64x8};
 use glam::DVec3;
+use umbel_core::Detail;
 
 use crate::extent::Extent;
 use crate::noise_lanes::{
-    Cell, UNIT, common, corner_sums, first_sum, lerp, sides, values as lattice_lanes, weight as weight_lanes,
+    Cell, UNIT, common, corner_sums, ends, first_sum, lerp, share, sides, values as lattice_lanes,
+    weight as weight_lanes,
 };
 use crate::point_lanes::{Lanes, PointLanes};
 use crate::sample_sets::mix;
@@ -66,16 +71,31 @@ impl Noise {
         Self { frequency, seed, octaves: 6, gain: 0.5 }
     }
 
-    /// The noise at eight points.
+    /// The noise at eight points where rays are so far apart.
     #[inline(always)]
-    pub(crate) fn lanes<S: Simd>(&self, simd: S, point: PointLanes<S>, cells: &mut Cells) -> Lanes<S> {
+    pub(crate) fn lanes<S: Simd>(
+        &self,
+        simd: S,
+        (point, spacing): (PointLanes<S>, Lanes<S>),
+        cells: &mut Cells,
+    ) -> Lanes<S> {
         let (mut sum, mut amplitude, mut total) = (Lanes::splat(simd, 0.0), 1.0, 0.0);
+        let [least, greatest] = ends(spacing);
         // Points that an octave has apart are apart in finer ones, too, as good as always: then nobody asks.
         let mut apart = false;
         for k in 0..self.octaves {
-            let cell = cells.get_mut(k as usize).filter(|_| !apart);
-            let (octave, together) = self.octave_lanes(simd, k, point, cell);
-            (sum, apart) = (sum + octave * amplitude, !together);
+            let wavelength = self.wavelength(k);
+            if wavelength > 2.0 * least {
+                let cell = cells.get_mut(k as usize).filter(|_| !apart);
+                let (mut octave, together) = self.octave_lanes(simd, k, point, cell);
+                apart = !together;
+                if wavelength < 4.0 * greatest {
+                    octave = (octave - 0.5) * share(wavelength, spacing) + 0.5;
+                }
+                sum += octave * amplitude;
+            } else {
+                sum += 0.5 * amplitude;
+            }
             total += amplitude;
             amplitude *= self.gain;
         }
@@ -145,18 +165,24 @@ impl Noise {
         sum / total
     }
 
-    /// A range that holds the noise at all points of a box, and little else where the box is smaller than a cell.
-    pub(crate) fn range(&self, extent: &Extent) -> [f64; 2] {
-        let [lo, hi] = dispatch!(Level::new(), simd => self.range_lanes(simd, extent));
+    /// A range that holds the noise at all points of a box, and little else where the box is smaller than a cell. Rays are at
+    /// least and at most so far apart at these points.
+    pub(crate) fn range(&self, extent: &Extent, spacing: [f64; 2], level: Level) -> [f64; 2] {
+        let [lo, hi] = dispatch!(level, simd => self.range_lanes(simd, extent, spacing));
         [(lo - ROUNDING).max(0.0), (hi + ROUNDING).min(1.0)]
     }
 
     /// The weighted mean of the ranges of the octaves.
     #[inline(always)]
-    fn range_lanes<S: Simd>(&self, simd: S, extent: &Extent) -> [f64; 2] {
+    fn range_lanes<S: Simd>(&self, simd: S, extent: &Extent, spacing: [f64; 2]) -> [f64; 2] {
         let (mut sum, mut amplitude, mut total) = ([0.0; 2], 1.0, 0.0);
         for k in 0..self.octaves {
-            let [lo, hi] = self.octave_range(simd, k, extent);
+            let [most, least] = spacing.map(|spacing| Detail::share(self.wavelength(k), spacing));
+            let [lo, hi] = if most > 0.0 { self.octave_range(simd, k, extent) } else { [0.5; 2] };
+            // Nearest to the mean where the share is least, except on the other side of it.
+            let faded = |end: f64, share: f64| (end - 0.5) * share + 0.5;
+            let lo = faded(lo, if lo < 0.5 { most } else { least });
+            let hi = faded(hi, if hi > 0.5 { most } else { least });
             sum = [sum[0] + lo * amplitude, sum[1] + hi * amplitude];
             total += amplitude;
             amplitude *= self.gain;
@@ -172,6 +198,11 @@ impl Noise {
     /// Cells per unit of an octave.
     fn scale(&self, octave: u32) -> f64 {
         self.frequency * (1_u64 << octave.min(60)) as f64
+    }
+
+    /// The length of an octave's waves: two cells.
+    fn wavelength(&self, octave: u32) -> f64 {
+        2.0 / self.scale(octave)
     }
 
     /// What an octave adds to its hashes.

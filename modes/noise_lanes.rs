@@ -101,6 +101,26 @@ pub(crate) fn values<S: Simd>(sums: u64x8<S>) -> Lanes<S> {
     (mix(sums) >> 11).to_float()
 }
 
+/// `Detail::share` of waves of some length for eight distances between rays.
+#[inline(always)]
+pub(crate) fn share<S: Simd>(wavelength: f64, spacing: Lanes<S>) -> Lanes<S> {
+    (wavelength / (2.0 * spacing) - 1.0).max(0.0).min(1.0)
+}
+
+/// The least and the greatest of eight numbers.
+#[inline(always)]
+pub(crate) fn ends<S: Simd>(numbers: Lanes<S>) -> [f64; 2] {
+    let numbers = numbers.as_array();
+    let mut ends = [numbers[0]; 2];
+    for &number in numbers {
+        ends = [
+            if number < ends[0] { number } else { ends[0] },
+            if number > ends[1] { number } else { ends[1] },
+        ];
+    }
+    ends
+}
+
 /// `noise::weight`.
 #[inline(always)]
 pub(crate) fn weight<S: Simd>(t: Lanes<S>) -> Lanes<S> {

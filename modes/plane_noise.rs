@@ -60,6 +60,11 @@ impl PlaneNoise {
         self.frequency * (1_u64 << octave) as f64
     }
 
+    /// The length of an octave's waves: two cells.
+    pub(crate) fn wavelength(&self, octave: u32) -> f64 {
+        2.0 / self.scale(octave)
+    }
+
     /// What an octave adds to its hashes.
     fn key(&self, octave: u32) -> u64 {
         mix(self.seed ^ (u64::from(octave) << 56))

@@ -26,8 +26,13 @@ pub(crate) trait LaneMap {
 }
 
 /// Appends the points at some parameters, as the engine takes them.
-pub(crate) fn map_points(map: &mut impl LaneMap, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
-    dispatch!(Level::new(), simd => map_all(simd, map, parameters, points));
+pub(crate) fn map_points(
+    map: &mut impl LaneMap,
+    parameters: &[[f64; 2]],
+    level: Level,
+    points: &mut Vec<[f32; 3]>,
+) {
+    dispatch!(level, simd => map_all(simd, map, parameters, points));
 }
 
 #[inline(always)]

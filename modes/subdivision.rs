@@ -12,10 +12,10 @@
 
 use std::collections::HashMap;
 
-use fearless_simd::{Level, dispatch, prelude::*};
+use fearless_simd::{dispatch, prelude::*};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use umbel_core::{Aabb, Domain, OnDemand};
+use umbel_core::{Aabb, Detail, Domain, OnDemand};
 
 use crate::Scene;
 use crate::cage_builder::{QuadCage, Sharpness};
@@ -92,7 +92,7 @@ impl SubdivisionSurface {
             tree,
         };
         let boxes: Vec<Aabb> =
-            (0..count).into_par_iter().map(|quad| surface.quad_bounds(quad, Domain::UNIT)).collect();
+            (0..count).into_par_iter().map(|quad| surface.quad_bounds(quad, Domain::UNIT, None)).collect();
         surface.tree = PatchTree::new(&boxes);
         surface
     }
@@ -110,23 +110,24 @@ impl SubdivisionSurface {
         take(LimitQuad { shapes: &self.shapes, shape: self.shape[quad as usize], points: &points, depth: 0 })
     }
 
-    /// A box around the displaced surface over a part of a quad, with the borders that other quads find.
-    fn quad_bounds(&self, quad: u32, domain: Domain) -> Aabb {
-        let mut all = self.inner_extent(quad, domain);
+    /// A box around the displaced surface over a part of a quad, with the borders that other quads find, for some detail or any.
+    fn quad_bounds(&self, quad: u32, domain: Domain, detail: Option<&Detail>) -> Aabb {
+        let mut all = self.inner_extent(quad, domain, detail);
         if !self.displacement.is_none() {
             for (ruler, part) in self.ruled_parts(quad, domain) {
-                all = all.union(self.inner_extent(ruler, part));
+                all = all.union(self.inner_extent(ruler, part, detail));
             }
         }
         all.outward()
     }
 
     /// A box around what a quad finds over a part of itself.
-    fn inner_extent(&self, quad: u32, domain: Domain) -> Extent {
+    fn inner_extent(&self, quad: u32, domain: Domain, detail: Option<&Detail>) -> Extent {
         let mut all = Extent::EMPTY;
         self.with_limit(quad, |limit| {
             limit.extents(domain, &mut |points, normals| {
-                all = all.union(self.displacement.extent(points, normals, || self.uv_box(quad, domain)));
+                let uvs = || self.uv_box(quad, domain);
+                all = all.union(self.displacement.extent((points, normals), uvs, detail));
             });
         });
         all
@@ -208,7 +209,7 @@ impl SubdivisionSurface {
         quad: u32,
         (places, samples): (&[Place], &[Sample]),
         points: &mut [[f32; 3]],
-        cells: &mut Cells,
+        (detail, cells): (&Detail, &mut Cells),
     ) {
         for some in places.chunks(LANES) {
             let (mut found, mut uvs) = ([[0.0; LANES]; 6], [[0.0; 2]; LANES]);
@@ -224,7 +225,8 @@ impl SubdivisionSurface {
             let [a, b, c, d, e, f] = found;
             let point = [Lanes::load_array(simd, a), Lanes::load_array(simd, b), Lanes::load_array(simd, c)];
             let normal = [Lanes::load_array(simd, d), Lanes::load_array(simd, e), Lanes::load_array(simd, f)];
-            let moved = rounded_lanes(self.displacement.displaced_lanes(simd, (point, normal), &uvs, cells));
+            let asked = (detail, &mut *cells);
+            let moved = rounded_lanes(self.displacement.displaced_lanes(simd, (point, normal), &uvs, asked));
             for (&(index, _), point) in some.iter().zip(moved) {
                 points[index] = point;
             }
@@ -326,19 +328,19 @@ impl OnDemand for SubdivisionSurface {
         self.tree.roots()
     }
 
-    fn bounds(&self, object: &Node, domain: Domain) -> Aabb {
+    fn bounds(&self, object: &Node, domain: Domain, detail: &Detail) -> Aabb {
         match self.tree.patch(*object) {
-            Some(quad) if domain != Domain::UNIT => self.quad_bounds(quad, domain),
+            Some(quad) if domain != Domain::UNIT => self.quad_bounds(quad, domain, Some(detail)),
             _ => self.tree.bounds(*object),
         }
     }
 
-    fn expand(&self, object: &Node, _spacing: f64, parts: &mut Vec<Node>) -> bool {
+    fn expand(&self, object: &Node, _spacing: f64, _detail: &Detail, parts: &mut Vec<Node>) -> bool {
         parts.extend(self.tree.parts(*object));
         self.tree.patch(*object).is_none()
     }
 
-    fn evaluate(&self, patch: &Node, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
+    fn evaluate(&self, patch: &Node, parameters: &[[f64; 2]], detail: &Detail, points: &mut Vec<[f32; 3]>) {
         let Some(quad) = self.tree.patch(*patch) else {
             return;
         };
@@ -356,10 +358,11 @@ impl OnDemand for SubdivisionSurface {
         points.resize(first + parameters.len(), [0.0; 3]);
         for (ruler, places) in asked.iter().filter(|(_, places)| !places.is_empty()) {
             self.with_limit(*ruler, |limit| {
-                limit.samples(places, !self.displacement.is_none(), &mut samples)
+                limit.samples(places, !self.displacement.is_none(), detail.level(), &mut samples)
             });
             let (from, to) = (&samples[..], &mut points[first..]);
-            dispatch!(Level::new(), simd => self.displace(simd, *ruler, (places, from), to, &mut cells));
+            let asked = (detail, &mut cells);
+            dispatch!(detail.level(), simd => self.displace(simd, *ruler, (places, from), to, asked));
         }
     }
 

@@ -1,6 +1,6 @@
 //! Any of the surfaces on demand that this package has, as one type.
 
-use umbel_core::{Aabb, Domain, OnDemand};
+use umbel_core::{Aabb, Detail, Domain, OnDemand};
 
 use crate::{
     BezierPatches, DisplacedMesh, FaceObject, Field, FieldObject, Node, SubdivisionSurface, Terrain,
@@ -49,10 +49,12 @@ macro_rules! dispatch {
 }
 
 impl Surfaces {
-    /// The box of everything.
+    /// The box of everything, with all its detail.
     #[must_use]
     pub fn all_bounds(&self) -> Aabb {
-        self.roots().iter().map(|root| self.bounds(root, Domain::UNIT)).fold(Aabb::EMPTY, Aabb::union)
+        let detail = Detail::all();
+        let of_root = |root| self.bounds(root, Domain::UNIT, &detail);
+        self.roots().iter().map(of_root).fold(Aabb::EMPTY, Aabb::union)
     }
 }
 
@@ -69,38 +71,50 @@ impl OnDemand for Surfaces {
         }
     }
 
-    fn bounds(&self, object: &SurfaceObject, domain: Domain) -> Aabb {
-        dispatch!(self, object, |surface, part| surface.bounds(part, domain), Aabb::EMPTY)
+    fn bounds(&self, object: &SurfaceObject, domain: Domain, detail: &Detail) -> Aabb {
+        dispatch!(self, object, |surface, part| surface.bounds(part, domain, detail), Aabb::EMPTY)
     }
 
-    fn expand(&self, object: &SurfaceObject, spacing: f64, parts: &mut Vec<SurfaceObject>) -> bool {
+    fn expand(
+        &self,
+        object: &SurfaceObject,
+        spacing: f64,
+        detail: &Detail,
+        parts: &mut Vec<SurfaceObject>,
+    ) -> bool {
         fn wrapped<S: OnDemand>(
-            surface: &S,
-            object: &S::Object,
-            spacing: f64,
+            (surface, object): (&S, &S::Object),
+            (spacing, detail): (f64, &Detail),
             wrap: fn(S::Object) -> SurfaceObject,
             parts: &mut Vec<SurfaceObject>,
         ) -> bool {
             let mut own = Vec::new();
-            let expanded = surface.expand(object, spacing, &mut own);
+            let expanded = surface.expand(object, spacing, detail, &mut own);
             parts.extend(own.into_iter().map(wrap));
             expanded
         }
+        let asked = (spacing, detail);
         match (self, object) {
-            (Self::Patches(s), SurfaceObject::Node(o)) => wrapped(s, o, spacing, SurfaceObject::Node, parts),
+            (Self::Patches(s), SurfaceObject::Node(o)) => wrapped((s, o), asked, SurfaceObject::Node, parts),
             (Self::Displaced(s), SurfaceObject::Face(o)) => {
-                wrapped(s.as_ref(), o, spacing, SurfaceObject::Face, parts)
+                wrapped((s.as_ref(), o), asked, SurfaceObject::Face, parts)
             }
             (Self::Subdivided(s), SurfaceObject::Node(o)) => {
-                wrapped(s.as_ref(), o, spacing, SurfaceObject::Node, parts)
+                wrapped((s.as_ref(), o), asked, SurfaceObject::Node, parts)
             }
-            (Self::Field(s), SurfaceObject::Field(o)) => wrapped(s, o, spacing, SurfaceObject::Field, parts),
+            (Self::Field(s), SurfaceObject::Field(o)) => wrapped((s, o), asked, SurfaceObject::Field, parts),
             _ => false,
         }
     }
 
-    fn evaluate(&self, patch: &SurfaceObject, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
-        dispatch!(self, patch, |surface, part| surface.evaluate(part, parameters, points), ());
+    fn evaluate(
+        &self,
+        patch: &SurfaceObject,
+        parameters: &[[f64; 2]],
+        detail: &Detail,
+        points: &mut Vec<[f32; 3]>,
+    ) {
+        dispatch!(self, patch, |surface, part| surface.evaluate(part, parameters, detail, points), ());
     }
 
     fn id(&self, patch: &SurfaceObject) -> u32 {

@@ -4,6 +4,10 @@
 //! and w_{k+1} = min(1, 2·w_k·r_k). So crests are rough and valleys smooth. The finest octave has a wavelength of a tenth of a
 //! millimetre and the amplitude of a grain of dust; more would not show in f32.
 //!
+//! An octave whose waves are too short for the rays to tell apart has its r_k multiplied with [`Detail::share`], so that those after
+//! the last one that is seen are never computed: in a picture about half of them. How far apart rays are is that of the whole column
+//! above a place, so that it follows from the place alone.
+//!
 //! Bounds follow the same steps with ranges: those of the noise are tight (`plane_noise.rs`), r is monotone on either side of ½, and
 //! sums and products of numbers ≥ 0 are monotone.
 //!
@@ -12,11 +16,12 @@
 
 use fearless_simd::prelude::*;
 use glam::DVec3;
-use umbel_core::{Aabb, Domain, OnDemand};
+use umbel_core::{Aabb, Detail, Domain, OnDemand};
 
 use crate::extent::Extent;
+use crate::noise_lanes::{ends, share};
 use crate::plane_noise::{Cursor, PlaneNoise, Rectangle};
-use crate::point_lanes::{LaneMap, Lanes, PointLanes, map_points};
+use crate::point_lanes::{LANES, LaneMap, Lanes, PointLanes, map_points};
 
 /// Octaves of the noise.
 const OCTAVES: usize = 24;
@@ -28,6 +33,8 @@ const PATCHES: u32 = 16;
 const SIDE: f64 = 2.0 * HALF_SIDE / PATCHES as f64;
 /// What the sum of octaves is multiplied with, in metres.
 const HEIGHT: f64 = 380.0;
+/// No height is above this: twice that of the first octave.
+const GREATEST: f64 = 2.0 * HEIGHT;
 /// The noise: the first octave has cells of 2048 metres.
 const NOISE: PlaneNoise = PlaneNoise { seed: 0x7e44a1, frequency: 1.0 / 2048.0 };
 
@@ -65,15 +72,20 @@ fn ridge(noise: f64) -> f64 {
     crest * crest
 }
 
-/// The range of heights over a rectangle.
-fn range(rectangle: &Rectangle) -> [f64; 2] {
+/// The range of heights over a rectangle where rays are at least and at most so far apart.
+fn range(rectangle: &Rectangle, spacing: [f64; 2]) -> [f64; 2] {
     let (mut sum, mut amplitude, mut weight) = ([0.0; 2], 1.0, [1.0; 2]);
     for octave in 0..OCTAVES as u32 {
+        let [most, share] = spacing.map(|spacing| Detail::share(NOISE.wavelength(octave), spacing));
+        // Nothing more can come.
+        if most == 0.0 {
+            break;
+        }
         let [least, greatest] = NOISE.range(octave, rectangle);
         // A noise may leave [0, 1] by the room for its rounding.
         let ends = [ridge(least.clamp(0.0, 1.0)), ridge(greatest.clamp(0.0, 1.0))];
         let top = if least <= 0.5 && greatest >= 0.5 { 1.0 } else { ends[0].max(ends[1]) };
-        let signal = [ends[0].min(ends[1]) * weight[0], top * weight[1]];
+        let signal = [ends[0].min(ends[1]) * weight[0] * share, top * weight[1] * most];
         sum = [sum[0] + signal[0] * amplitude, sum[1] + signal[1] * amplitude];
         weight = signal.map(|signal| (2.0 * signal).min(1.0));
         amplitude *= 0.5;
@@ -90,21 +102,23 @@ impl OnDemand for Terrain {
         (0..PATCHES * PATCHES).collect()
     }
 
-    fn bounds(&self, object: &u32, domain: Domain) -> Aabb {
+    fn bounds(&self, object: &u32, domain: Domain, detail: &Detail) -> Aabb {
         let [lo, hi] = [0, 1].map(|k| place(*object, [domain.u[k], domain.v[k]]));
         // v runs against z.
         let rectangle = Rectangle { x: [lo[0], hi[0]], z: [hi[1], lo[1]] };
-        let [least, greatest] = range(&rectangle);
+        let column = [DVec3::new(lo[0], 0.0, hi[1]), DVec3::new(hi[0], GREATEST, lo[1])];
+        let [least, greatest] = range(&rectangle, detail.spacing(column));
         let corners = [DVec3::new(lo[0], least, hi[1]), DVec3::new(hi[0], greatest, lo[1])];
         Extent::of(corners).outward()
     }
 
-    fn expand(&self, _object: &u32, _spacing: f64, _parts: &mut Vec<u32>) -> bool {
+    fn expand(&self, _object: &u32, _spacing: f64, _detail: &Detail, _parts: &mut Vec<u32>) -> bool {
         false
     }
 
-    fn evaluate(&self, patch: &u32, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
-        map_points(&mut Land { patch: *patch, noise: NOISE.cursor() }, parameters, points);
+    fn evaluate(&self, patch: &u32, parameters: &[[f64; 2]], detail: &Detail, points: &mut Vec<[f32; 3]>) {
+        let mut land = Land { patch: *patch, noise: NOISE.cursor(), detail };
+        map_points(&mut land, parameters, detail.level(), points);
     }
 
     fn id(&self, patch: &u32) -> u32 {
@@ -113,12 +127,13 @@ impl OnDemand for Terrain {
 }
 
 /// A patch, to be asked for points.
-struct Land {
+struct Land<'a> {
     patch: u32,
     noise: Cursor<OCTAVES>,
+    detail: &'a Detail,
 }
 
-impl LaneMap for Land {
+impl LaneMap for Land<'_> {
     #[inline(always)]
     fn points<S: Simd>(&mut self, simd: S, [u, v]: [Lanes<S>; 2]) -> PointLanes<S> {
         // The steps of `place` and `height`.
@@ -126,10 +141,21 @@ impl LaneMap for Land {
         let (x, z) = ((u + column) * SIDE - HALF_SIDE, HALF_SIDE - (v + row) * SIDE);
         let (mut sum, mut weight) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, 1.0));
         let (mut amplitude, mut apart) = (1.0, false);
+        let (x_array, z_array) = (x.as_array(), z.as_array());
+        let column = [&[*x_array, [0.0; LANES], *z_array], &[*x_array, [GREATEST; LANES], *z_array]];
+        let spacing = Lanes::load_array(simd, self.detail.spacings(column));
+        let [least, greatest] = ends(spacing);
         for octave in 0..OCTAVES as u32 {
+            let wavelength = NOISE.wavelength(octave);
+            if wavelength <= 2.0 * least {
+                break;
+            }
             let noise = self.noise.lanes(simd, octave, [x, z], &mut apart);
             let crest = 1.0 - (2.0 * noise - 1.0).abs();
-            let signal = crest * crest * weight;
+            let mut signal = crest * crest * weight;
+            if wavelength < 4.0 * greatest {
+                signal *= share(wavelength, spacing);
+            }
             sum += signal * amplitude;
             weight = (2.0 * signal).min(1.0);
             amplitude *= 0.5;

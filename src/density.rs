@@ -20,6 +20,7 @@
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 
+use crate::detail::Detail;
 use crate::film::Film;
 use crate::lanes::{LANES, Lanes, Points};
 use crate::pencil::{Origin, Pencil};
@@ -55,7 +56,7 @@ pub struct Around {
 enum Source {
     Point(DVec3),
     Infinity,
-    Box(Around),
+    Box,
 }
 
 /// The density of a pencil's rays.
@@ -67,8 +68,8 @@ pub(crate) struct Density {
     direction: DVec3,
     /// Pixels per unit of angle or length where no film is.
     outside: f64,
-    /// The least angle of a pixel, or its least side at infinity.
-    least_pixel: f64,
+    /// How far apart the rays are, at least.
+    pub(crate) detail: Detail,
     level: Level,
 }
 
@@ -91,14 +92,12 @@ impl Density {
 
     /// The density of rays that start all over a box.
     pub(crate) fn around(around: &Around, level: Level) -> Self {
-        let least_pixel = around.spacing;
-        let outside = 1.0 / least_pixel;
         Self {
-            source: Source::Box(*around),
+            source: Source::Box,
             films: Vec::new(),
             direction: DVec3::ZERO,
-            outside,
-            least_pixel,
+            outside: 1.0 / around.spacing,
+            detail: Detail::around(around, level),
             level,
         }
     }
@@ -111,7 +110,8 @@ impl Density {
             outside = if film.density < outside { film.density } else { outside };
             least_pixel = if angle < least_pixel { angle } else { least_pixel };
         }
-        Self { source: Source::Point(eye), films, direction: DVec3::ZERO, outside, least_pixel, level }
+        let detail = Detail::from_point(eye, least_pixel, level);
+        Self { source: Source::Point(eye), films, direction: DVec3::ZERO, outside, detail, level }
     }
 
     fn from_infinity(direction: DVec3, grids: &[GridFilm], level: Level) -> Self {
@@ -125,8 +125,8 @@ impl Density {
                 least_pixel = if side < least_pixel { side } else { least_pixel };
             }
         }
-        let outside = 1.0 / least_pixel;
-        Self { source: Source::Infinity, films: Vec::new(), direction, outside, least_pixel, level }
+        let (outside, detail) = (1.0 / least_pixel, Detail::from_infinity(least_pixel, level));
+        Self { source: Source::Infinity, films: Vec::new(), direction, outside, detail, level }
     }
 
     /// The lengths in pixels of up to eight lines through some points each.
@@ -158,11 +158,11 @@ impl Density {
                 }
                 self.towards(simd, points[SAMPLES / 2])
             }
-            Source::Box(around) => {
+            Source::Box => {
                 for (k, step) in steps.iter_mut().enumerate() {
                     *step = sizes(points[k + 1].minus(points[k]));
                 }
-                around.densities(simd, points[SAMPLES / 2])
+                Lanes::simd_from(simd, 1.0) / self.detail.least(simd, [points[SAMPLES / 2]; 2])
             }
             Source::Infinity => {
                 let direction = Points::splat(simd, self.direction);
@@ -189,39 +189,9 @@ impl Density {
         }
         densest.simd_gt(zero).select(densest, Lanes::simd_from(simd, self.outside))
     }
-
-    /// The least distance between neighbouring rays within a box, in world units.
-    pub(crate) fn spacing(&self, bounds: &Aabb) -> f64 {
-        let (lo, hi) = bounds.corners();
-        match self.source {
-            Source::Point(eye) => gap([lo, hi], [eye; 2]) * self.least_pixel,
-            Source::Infinity => self.least_pixel,
-            Source::Box(around) => around.pixel([lo, hi]),
-        }
-    }
 }
 
 impl Around {
-    /// Rays per unit at eight points.
-    #[inline(always)]
-    fn densities<S: Simd>(&self, simd: S, at: Points<S>) -> Lanes<S> {
-        let (lo, hi) = self.bounds.corners();
-        let mut square = Lanes::simd_from(simd, 0.0);
-        for (x, lo, hi) in [(at.x, lo.x, hi.x), (at.y, lo.y, hi.y), (at.z, lo.z, hi.z)] {
-            let gap = (x - hi).max(lo - x).max(0.0);
-            square += gap * gap;
-        }
-        let wide = square.sqrt() * self.angle;
-        Lanes::simd_from(simd, 1.0) / wide.max(self.spacing)
-    }
-
-    /// How far apart the rays are where they come to a box, at least.
-    fn pixel(&self, ends: [DVec3; 2]) -> f64 {
-        let (lo, hi) = self.bounds.corners();
-        let wide = gap(ends, [lo, hi]) * self.angle;
-        if wide > self.spacing { wide } else { self.spacing }
-    }
-
     /// Whether pixels have a size.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let is_size = self.spacing > 0.0 && self.spacing.is_finite();
@@ -231,16 +201,6 @@ impl Around {
             Err(Error::Spacing { spacing: self.spacing, angle: self.angle })
         }
     }
-}
-
-/// The distance between two boxes.
-pub(crate) fn gap([lo, hi]: [DVec3; 2], [other_lo, other_hi]: [DVec3; 2]) -> f64 {
-    let gap = |k: usize| {
-        let (below, above) = (lo[k] - other_hi[k], other_lo[k] - hi[k]);
-        let gap = if below > above { below } else { above };
-        if gap > 0.0 { gap } else { 0.0 }
-    };
-    length(DVec3::new(gap(0), gap(1), gap(2)))
 }
 
 impl FilmPixels {

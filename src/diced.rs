@@ -171,7 +171,8 @@ fn open_one<S: OnDemand>(
     if piece.ready().is_some() {
         parts.push(*piece);
     } else {
-        let ready = dicer.open(piece, &piece.bounds(dicer.surfaces), parts, &mut Stats::default());
+        let ready =
+            dicer.open(piece, &piece.bounds(dicer.surfaces, &dicer.detail), parts, &mut Stats::default());
         parts.extend(ready);
     }
 }

@@ -6,6 +6,7 @@
 //! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987.
 
 use crate::density::{Density, SAMPLES};
+use crate::detail::Detail;
 use crate::sub_patch::{Line, Rate, SubPatch};
 use crate::{Aabb, Domain, Error, OnDemand, Stats};
 
@@ -59,8 +60,8 @@ impl<O: Copy> Piece<O> {
     }
 
     /// A box around all that the piece can show.
-    pub(crate) fn bounds<S: OnDemand<Object = O>>(&self, surfaces: &S) -> Aabb {
-        surfaces.bounds(&self.object, self.part.map_or(Domain::UNIT, |part| part.domain()))
+    pub(crate) fn bounds<S: OnDemand<Object = O>>(&self, surfaces: &S, detail: &Detail) -> Aabb {
+        surfaces.bounds(&self.object, self.part.map_or(Domain::UNIT, |part| part.domain()), detail)
     }
 }
 
@@ -68,6 +69,7 @@ impl<O: Copy> Piece<O> {
 pub(crate) struct Dicer<'a, S: OnDemand> {
     pub(crate) surfaces: &'a S,
     pub(crate) density: &'a Density,
+    pub(crate) detail: Detail,
     pub(crate) shading_rate: f64,
     objects: Vec<S::Object>,
     /// The parameters of the points.
@@ -81,6 +83,7 @@ impl<'a, S: OnDemand> Dicer<'a, S> {
         Self {
             surfaces,
             density,
+            detail: density.detail.of_micropolygons(dicing),
             shading_rate: dicing.shading_rate,
             objects: Vec::new(),
             parameters: Vec::new(),
@@ -109,7 +112,8 @@ impl<'a, S: OnDemand> Dicer<'a, S> {
             Some(part) => part,
             None => {
                 self.objects.clear();
-                if self.surfaces.expand(&object, self.density.spacing(bounds), &mut self.objects) {
+                let spacing = self.detail.least_spacing(bounds);
+                if self.surfaces.expand(&object, spacing, &self.detail, &mut self.objects) {
                     stats.surfaces_expanded += 1;
                     parts.extend(self.objects.iter().map(|&object| Piece::of(object)));
                     return None;
@@ -140,7 +144,7 @@ impl<'a, S: OnDemand> Dicer<'a, S> {
             self.parameters.extend(samples(part.line(axis, which)));
         }
         self.points.clear();
-        self.surfaces.evaluate(object, &self.parameters, &mut self.points);
+        self.surfaces.evaluate(object, &self.parameters, &self.detail, &mut self.points);
         // At most six lines.
         let measured = self.points.as_chunks::<SAMPLES>().0;
         let mut lengths = self.density.lengths(measured).into_iter().take(measured.len());
@@ -160,7 +164,7 @@ impl<'a, S: OnDemand> Dicer<'a, S> {
         self.parameters.clear();
         part.grid(bits, &mut self.parameters);
         self.points.clear();
-        self.surfaces.evaluate(object, &self.parameters, &mut self.points);
+        self.surfaces.evaluate(object, &self.parameters, &self.detail, &mut self.points);
         if self.points.len() == self.parameters.len() {
             Ok(bits)
         } else {

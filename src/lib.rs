@@ -27,6 +27,7 @@ mod culling_space;
 mod density;
 mod departure;
 mod depth;
+mod detail;
 mod diced;
 mod dicer;
 mod direction_cells;
@@ -118,6 +119,7 @@ pub use cone::Cone;
 pub use frustum::Frustum;
 
 pub use density::Around;
+pub use detail::Detail;
 pub use diced::{DicedTriangles, dice_all};
 pub use dicer::Dicing;
 pub use occlusion_on_demand::open_rays_on_demand;

@@ -13,7 +13,8 @@
 use rayon::prelude::*;
 
 use crate::batch::Batch;
-use crate::density::{Around, Density, gap};
+use crate::density::{Around, Density};
+use crate::detail::gap;
 use crate::dicer::{Dicer, Dicing, Piece};
 use crate::query::{check_call, in_pool};
 use crate::triangles::widen;
@@ -183,7 +184,7 @@ impl<'a, S: OnDemand> Rounds<'a, S> {
 impl<S: OnDemand> Heap<'_, S> {
     /// Opens a piece; parts that are too far away are dropped.
     fn open(&mut self, piece: &Piece<S::Object>, reach: &Reach, parts: &mut Vec<Piece<S::Object>>) {
-        let bounds = piece.bounds(self.dicer.surfaces);
+        let bounds = piece.bounds(self.dicer.surfaces, &self.dicer.detail);
         if !reach.holds(&bounds) {
             self.stats.surfaces_culled_by_frustum += 1;
             return;

@@ -12,7 +12,7 @@
 //! dice); Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure", 2011
 //! (objects of known extent, generated on demand).
 
-use crate::Aabb;
+use crate::{Aabb, Detail};
 
 /// A rectangle of parameters within the unit square. Its ends are dyadic: whole multiples of a power of two.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,18 +36,31 @@ pub trait OnDemand: Sync {
     /// The objects with which everything begins: few of them, groups if there are many patches.
     fn roots(&self) -> Vec<Self::Object>;
 
-    /// A box around every point that a group can show at any level of detail, or that a patch has over `domain`, displacement
-    /// included. For a group the domain is [`Domain::UNIT`].
-    fn bounds(&self, object: &Self::Object, domain: Domain) -> Aabb;
+    /// A box around every point that a group can show, or that a patch has over `domain`, displacement included, for rays that
+    /// see so much detail. For a group the domain is [`Domain::UNIT`].
+    fn bounds(&self, object: &Self::Object, domain: Domain, detail: &Detail) -> Aabb;
 
     /// Appends the parts of a group; `false`, and nothing appended, for a patch. Every call gives the same parts for the same
-    /// `spacing`: the least distance, in world units, between neighbouring rays within the group's box. Parts
+    /// `spacing`: that of `detail` for the group's box, the least distance between neighbouring rays there, in world units. Parts
     /// that are smaller than that may be replaced by a coarser level of detail.
-    fn expand(&self, object: &Self::Object, spacing: f64, parts: &mut Vec<Self::Object>) -> bool;
+    fn expand(
+        &self,
+        object: &Self::Object,
+        spacing: f64,
+        detail: &Detail,
+        parts: &mut Vec<Self::Object>,
+    ) -> bool;
 
     /// Appends the points of a patch at parameters (u, v) in the unit square: finite, within the bounds of any domain that
-    /// holds the parameters, and the same bits in every call.
-    fn evaluate(&self, patch: &Self::Object, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>);
+    /// holds the parameters, and the same bits in every call with the same `detail`. What is smaller than rays can tell apart at
+    /// a place may be left out there: as long as it is the place that decides, and not the part, nothing tears.
+    fn evaluate(
+        &self,
+        patch: &Self::Object,
+        parameters: &[[f64; 2]],
+        detail: &Detail,
+        points: &mut Vec<[f32; 3]>,
+    );
 
     /// The id that hits of a patch report: below `0xFFFF_FFFF`. Patches may share one.
     fn id(&self, patch: &Self::Object) -> u32;

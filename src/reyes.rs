@@ -20,6 +20,7 @@ use std::sync::{Mutex, PoisonError};
 use fearless_simd::Level;
 
 use crate::density::Density;
+use crate::detail::Detail;
 use crate::dicer::{Dicer, Dicing, Piece};
 use crate::film::{Film, Sampling};
 use crate::footprints::Pixels;
@@ -35,7 +36,7 @@ use crate::window::Rect;
 use crate::{Aabb, Error, GridFilm, OnDemand, Options, Path, Pencil, Stats, diced, reyes_tile};
 
 /// Objects that a film is given to its halves with, if there are as many.
-const WIDE: usize = 64;
+const WIDE: usize = 1024;
 
 /// Finds the nearest surface along each ray, making surfaces where they are needed only.
 ///
@@ -131,8 +132,9 @@ fn see<S: OnDemand>(
             continue;
         };
         let query = FilmQuery { surfaces, origin, film, projection, level, density, dicing, idle: &idle };
+        let detail = density.detail.of_micropolygons(dicing);
         let roots: Vec<Item<S::Object>> =
-            surfaces.roots().into_iter().map(|root| Item::new(Piece::of(root), surfaces)).collect();
+            surfaces.roots().into_iter().map(|root| Item::new(Piece::of(root), surfaces, &detail)).collect();
         stats = stats.then(query.halve(&roots, window)?);
     }
     let idle = idle.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -187,8 +189,9 @@ impl<'a, S: OnDemand> FilmQuery<'_, 'a, S> {
                 reyes_tile::see(self, &tile, work, (met, window), stats)
             });
         }
-        self.with_workspace(|work| self.refine(&mut met, &frustum, work, &mut stats));
         let [first, second] = window.halves(TILE_SIDE);
+        let halves = [self.frustum(first.rect), self.frustum(second.rect)];
+        self.with_workspace(|work| self.refine(&mut met, &halves, work, &mut stats));
         let (first, second) = rayon::join(|| self.halve(&met, first), || self.halve(&met, second));
         let (first, second) = (first?, second?);
         // The greatest along one way down; each thread is on one.
@@ -201,35 +204,56 @@ impl<'a, S: OnDemand> FilmQuery<'_, 'a, S> {
         Pixels::counted_from(&self.projection, self.film, first, Sampling::Grid)
     }
 
-    /// Opens the largest objects until there are many.
+    /// Opens objects that both halves would open, the largest first, until there are many. The size of the others becomes 0.
+    /// Each round opens those of at least half the greatest size.
     fn refine(
         &self,
         objects: &mut Vec<Item<S::Object>>,
-        frustum: &Frustum,
+        halves: &[Frustum; 2],
         work: &mut Workspace<'a, S>,
         stats: &mut Stats,
     ) {
         let Workspace { dicer, opened, .. } = work;
-        while objects.len() < WIDE {
-            let closed = (0..objects.len()).filter(|&place| objects[place].piece.ready().is_none());
-            let size = |&one: &usize, &other: &usize| objects[one].size.total_cmp(&objects[other].size);
-            let Some(largest) = closed.max_by(size) else { return };
-            let item = objects.swap_remove(largest);
-            opened.clear();
-            if let Some(piece) = dicer.open(&item.piece, &item.bounds, opened, stats) {
-                objects.push(Item { piece, ..item });
-                continue;
+        *objects = objects.iter().filter_map(|item| enter_halves(item, halves, stats)).collect();
+        loop {
+            let greatest =
+                objects.iter().fold(0.0, |most, item| if item.size > most { item.size } else { most });
+            if greatest == 0.0 {
+                return;
             }
-            let parts = opened.iter().map(|piece| Item::new(*piece, self.surfaces));
-            objects.extend(parts.filter_map(|part| enter(&part, frustum, stats)));
+            for place in (0..objects.len()).rev() {
+                if objects.len() >= WIDE {
+                    return;
+                }
+                if objects[place].size < greatest * 0.5 {
+                    continue;
+                }
+                let item = objects.swap_remove(place);
+                opened.clear();
+                if let Some(piece) = dicer.open(&item.piece, &item.bounds, opened, stats) {
+                    objects.push(Item { piece, size: 0.0, ..item });
+                    continue;
+                }
+                let parts = opened.iter().map(|piece| Item::new(*piece, self.surfaces, &dicer.detail));
+                objects.extend(parts.filter_map(|part| enter_halves(&part, halves, stats)));
+            }
         }
+    }
+}
+
+/// The object, unless it lies outside both frusta. It has a size only if it lies in both, and is not ready.
+fn enter_halves<O: Copy>(item: &Item<O>, halves: &[Frustum; 2], stats: &mut Stats) -> Option<Item<O>> {
+    let [first, second] = halves.each_ref().map(|half| enter(item, half, stats));
+    match (first, second) {
+        (Some(item), Some(_)) if item.piece.ready().is_none() => Some(item),
+        (first, second) => first.or(second).map(|item| Item { size: 0.0, ..item }),
     }
 }
 
 impl<O: Copy> Item<O> {
     /// A piece that nobody has looked at yet.
-    pub(crate) fn new<S: OnDemand<Object = O>>(piece: Piece<O>, surfaces: &S) -> Self {
-        Self { piece, bounds: piece.bounds(surfaces), t: 0.0, size: 0.0 }
+    pub(crate) fn new<S: OnDemand<Object = O>>(piece: Piece<O>, surfaces: &S, detail: &Detail) -> Self {
+        Self { piece, bounds: piece.bounds(surfaces, detail), t: 0.0, size: 0.0 }
     }
 }
 

@@ -190,7 +190,9 @@ impl<'a, S: OnDemand> Query<'a, S> {
             Some((_, frustum)) => enter(&item, frustum, stats),
             None => Some(item),
         };
-        let roots = self.surfaces.roots().into_iter().map(|root| Item::new(Piece::of(root), self.surfaces));
+        let detail = scratch.dicer.detail;
+        let item = |root| Item::new(Piece::of(root), self.surfaces, &detail);
+        let roots = self.surfaces.roots().into_iter().map(item);
         scratch.stack.clear();
         scratch.stack.extend(roots.filter_map(|root| enters(root, &mut stats)));
         while let Some(item) = scratch.stack.pop() {
@@ -211,7 +213,7 @@ impl<'a, S: OnDemand> Query<'a, S> {
                 // All of a patch: the box is the same.
                 Some(piece) => stack.push(Item { piece, ..item }),
                 None => {
-                    let parts = opened.iter().map(|piece| Item::new(*piece, self.surfaces));
+                    let parts = opened.iter().map(|piece| Item::new(*piece, self.surfaces, &dicer.detail));
                     stack.extend(parts.filter_map(|part| enters(part, &mut stats)));
                 }
             }

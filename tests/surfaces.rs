@@ -6,6 +6,8 @@ mod borders;
 mod bounds;
 #[path = "surfaces/catmull_clark.rs"]
 mod catmull_clark;
+#[path = "surfaces/detail.rs"]
+mod detail;
 #[path = "surfaces/displacement.rs"]
 mod displacement;
 #[path = "surfaces/meshes.rs"]
@@ -16,14 +18,14 @@ mod patches;
 mod plain;
 mod support;
 
-use umbel::{Aabb, Domain, OnDemand};
+use umbel::{Aabb, Detail, Domain, OnDemand};
 
 /// All patches of a surface, at the finest level of detail.
 fn patches<S: OnDemand>(surface: &S) -> Vec<S::Object> {
     let (mut open, mut patches, mut parts) = (surface.roots(), Vec::new(), Vec::new());
     while let Some(object) = open.pop() {
         parts.clear();
-        match surface.expand(&object, 0.0, &mut parts) {
+        match surface.expand(&object, 0.0, &Detail::all(), &mut parts) {
             true => open.append(&mut parts),
             false => patches.push(object),
         }
@@ -31,10 +33,20 @@ fn patches<S: OnDemand>(surface: &S) -> Vec<S::Object> {
     patches
 }
 
-/// Points of a patch.
+/// Points of a patch, with all their detail.
 fn points<S: OnDemand>(surface: &S, patch: &S::Object, parameters: &[[f64; 2]]) -> Vec<[f32; 3]> {
+    points_for(surface, patch, parameters, &Detail::all())
+}
+
+/// Points of a patch, with what rays can tell apart.
+fn points_for<S: OnDemand>(
+    surface: &S,
+    patch: &S::Object,
+    parameters: &[[f64; 2]],
+    detail: &Detail,
+) -> Vec<[f32; 3]> {
     let mut points = Vec::new();
-    surface.evaluate(patch, parameters, &mut points);
+    surface.evaluate(patch, parameters, detail, &mut points);
     assert_eq!(points.len(), parameters.len());
     points
 }

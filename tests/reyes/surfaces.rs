@@ -1,6 +1,6 @@
 //! Surfaces on demand that are simple to check.
 
-use umbel::{Aabb, Domain, OnDemand};
+use umbel::{Aabb, Detail, Domain, OnDemand};
 
 /// One patch or a group of a scene.
 #[derive(Debug, Clone, Copy)]
@@ -130,14 +130,14 @@ impl OnDemand for Surfaces {
         roots
     }
 
-    fn bounds(&self, object: &Thing, domain: Domain) -> Aabb {
+    fn bounds(&self, object: &Thing, domain: Domain, detail: &Detail) -> Aabb {
         match *object {
             Thing::Face { sphere, axis, positive } => self.spheres[sphere].bounds(axis, positive, domain),
             Thing::Plane(_) => {
                 let mut corners = Vec::new();
                 let parameters: Vec<[f64; 2]> =
                     domain.u.iter().flat_map(|&u| domain.v.map(|v| [u, v])).collect();
-                self.evaluate(object, &parameters, &mut corners);
+                self.evaluate(object, &parameters, detail, &mut corners);
                 Aabb::of_points(corners)
             }
             Thing::Bezier(patch) => {
@@ -155,7 +155,7 @@ impl OnDemand for Surfaces {
         }
     }
 
-    fn expand(&self, object: &Thing, _: f64, parts: &mut Vec<Thing>) -> bool {
+    fn expand(&self, object: &Thing, _: f64, _: &Detail, parts: &mut Vec<Thing>) -> bool {
         let Thing::Square { field, level, place: [x, z] } = *object else { return false };
         if level == self.fields[field].levels {
             return false;
@@ -166,7 +166,7 @@ impl OnDemand for Surfaces {
         true
     }
 
-    fn evaluate(&self, patch: &Thing, parameters: &[[f64; 2]], points: &mut Vec<[f32; 3]>) {
+    fn evaluate(&self, patch: &Thing, parameters: &[[f64; 2]], _: &Detail, points: &mut Vec<[f32; 3]>) {
         match *patch {
             Thing::Face { sphere, axis, positive } => {
                 let (b, c) = across(axis, positive);

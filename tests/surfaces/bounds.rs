@@ -1,15 +1,16 @@
 //! Bounds never cut off a point: of any surface, over any part.
 
 use proptest::prelude::*;
+use umbel::glam::DVec3;
 use umbel::{
-    Creases, DisplacedMesh, Displacement, Domain, Field, HeightMap, Noise, OnDemand, Relief,
-    SubdivisionSurface, Terrain,
+    Creases, Detail, Dicing, DisplacedMesh, Displacement, Domain, Field, Film, GridFilm, HeightMap, Isa,
+    Noise, OnDemand, Origin, Pencil, Relief, SubdivisionSurface, Terrain,
 };
 
 use crate::meshes::{cube, house, sheet, sphere, star, tangle};
 use crate::patches::teapot;
 use crate::support::Random;
-use crate::{domain, holds, patches, points};
+use crate::{domain, holds, patches, points_for};
 
 /// Reliefs of all kinds.
 pub(crate) fn displacements() -> Vec<Displacement> {
@@ -27,15 +28,40 @@ pub(crate) fn displacements() -> Vec<Displacement> {
     ]
 }
 
+/// All detail, or that of a picture from a point up to `far` away, or from infinity.
+fn some_detail(random: &mut Random, far: f64) -> Detail {
+    if random.next() % 3 == 0 {
+        return Detail::all();
+    }
+    let span = 2.0_f64.powf(-12.0 + 12.0 * random.unit());
+    let film = GridFilm::new(64, 36, DVec3::NEG_Z, DVec3::X * span / 64.0, DVec3::Y * span / 64.0);
+    let origin = match random.next() % 4 {
+        0 => Origin::Infinity(DVec3::new(0.2, 0.3, -1.0)),
+        _ => {
+            let mut coordinate = || (random.unit() - 0.5) * 2.0 * far;
+            Origin::Point(DVec3::new(coordinate(), coordinate(), coordinate()))
+        }
+    };
+    let pencil = Pencil::new(origin, vec![Film::Grid(film.expect("a film"))]).expect("a pencil");
+    let dicing = Dicing { shading_rate: 2.0_f64.powi(random.next() as i32 % 6), ..Dicing::default() };
+    Detail::new(&pencil, &dicing, Isa::Auto).expect("detail")
+}
+
 /// A patch's points lie within the bounds of a part, and that part's within the bounds of all.
-fn check<S: OnDemand>(surface: &S, patch: &S::Object, part: Domain, places: &[[f64; 2]]) {
-    let (bounds, all) = (surface.bounds(patch, part), surface.bounds(patch, Domain::UNIT));
+fn check<S: OnDemand>(
+    surface: &S,
+    patch: &S::Object,
+    part: Domain,
+    (places, detail): (&[[f64; 2]], &Detail),
+) {
+    let bounds = surface.bounds(patch, part, detail);
+    let all = surface.bounds(patch, Domain::UNIT, detail);
     let inside = |[s, t]: [f64; 2]| {
         let at = |ends: [f64; 2], t: f64| if t == 1.0 { ends[1] } else { ends[0] + (ends[1] - ends[0]) * t };
         [at(part.u, s), at(part.v, t)]
     };
     let places: Vec<[f64; 2]> = places.iter().map(|&place| inside(place)).collect();
-    for (point, place) in points(surface, patch, &places).into_iter().zip(places) {
+    for (point, place) in points_for(surface, patch, &places, detail).into_iter().zip(places) {
         assert!(point.iter().all(|x| x.is_finite()), "{point:?}");
         assert!(holds(&bounds, point), "{point:?} at {place:?} is not in {bounds:?} of {part:?}");
         assert!(holds(&all, point), "{point:?} at {place:?} is not in {all:?}");
@@ -53,18 +79,18 @@ fn places(random: &mut Random) -> Vec<[f64; 2]> {
 }
 
 /// Groups hold the bounds of their parts.
-fn check_groups<S: OnDemand>(surface: &S, spacing: f64, limit: usize) {
+fn check_groups<S: OnDemand>(surface: &S, (spacing, detail): (f64, &Detail), limit: usize) {
     let (mut open, mut parts, mut seen) = (surface.roots(), Vec::new(), 0);
     while let Some(object) = open.pop().filter(|_| seen < limit) {
         seen += 1;
         parts.clear();
-        if !surface.expand(&object, spacing, &mut parts) {
+        if !surface.expand(&object, spacing, detail, &mut parts) {
             assert!(parts.is_empty());
             continue;
         }
-        let bounds = surface.bounds(&object, Domain::UNIT);
+        let bounds = surface.bounds(&object, Domain::UNIT, detail);
         for part in &parts {
-            let part = surface.bounds(part, Domain::UNIT);
+            let part = surface.bounds(part, Domain::UNIT, detail);
             assert!(holds(&bounds, part.lo) && holds(&bounds, part.hi), "{part:?} in {bounds:?}");
         }
         // From both ends of the list: deep and wide.
@@ -75,11 +101,12 @@ fn check_groups<S: OnDemand>(surface: &S, spacing: f64, limit: usize) {
 
 /// Checks some patches of a surface over random parts.
 fn check_some<S: OnDemand>(surface: &S, random: &mut Random, count: usize) {
-    check_groups(surface, 0.0, 4000);
+    check_groups(surface, (0.0, &some_detail(random, 4.0)), 4000);
     let patches = patches(surface);
     for _ in 0..count {
         let patch = &patches[random.next() as usize % patches.len()];
-        check(surface, patch, random_domain(random), &places(random));
+        let (part, places) = (random_domain(random), places(random));
+        check(surface, patch, part, (&places, &some_detail(random, 4.0)));
     }
 }
 
@@ -132,29 +159,32 @@ proptest! {
         let mut random = Random(seed);
         for _ in 0..40 {
             let patch = random.next() as u32 % 256;
-            check(&Terrain, &patch, random_domain(&mut random), &places(&mut random));
+            let (part, places) = (random_domain(&mut random), places(&mut random));
+            check(&Terrain, &patch, part, (&places, &some_detail(&mut random, 5000.0)));
         }
     }
 
     #[test]
     fn bounds_hold_fields(seed: u64, spacing in 0.0..40.0_f64) {
         let mut random = Random(seed);
-        check_groups(&Field, spacing, 300);
+        let detail = some_detail(&mut random, 1500.0);
+        check_groups(&Field, (spacing, &detail), 300);
         // Down one way at random.
         for spacing in [0.0, spacing] {
             let mut object = Field.roots().pop().expect("a root");
             let mut parts = Vec::new();
-            while Field.expand(&object, spacing, &mut parts) {
+            while Field.expand(&object, spacing, &detail, &mut parts) {
                 for part in &parts {
-                    let (bounds, part) = (Field.bounds(&object, Domain::UNIT), Field.bounds(part, Domain::UNIT));
+                    let [bounds, part] = [&object, part].map(|of| Field.bounds(of, Domain::UNIT, &detail));
                     prop_assert!(holds(&bounds, part.lo) && holds(&bounds, part.hi), "{:?} {:?}", object, part);
                 }
                 object = parts[random.next() as usize % parts.len()];
                 parts.clear();
             }
-            check(&Field, &object, random_domain(&mut random), &places(&mut random));
+            let (part, places) = (random_domain(&mut random), places(&mut random));
+            check(&Field, &object, part, (&places, &detail));
         }
         let ground = Field.roots()[random.next() as usize % 256];
-        check(&Field, &ground, random_domain(&mut random), &places(&mut random));
+        check(&Field, &ground, random_domain(&mut random), (&places(&mut random), &detail));
     }
 }

@@ -1,7 +1,9 @@
 //! Bézier patches: the teapot, files, degenerate patches.
 
 use umbel::glam::DVec3;
-use umbel::{BezierPatches, Domain, Error, OnDemand, SurfaceOptions, Surfaces, load_surfaces, read_bpt};
+use umbel::{
+    BezierPatches, Detail, Domain, Error, OnDemand, SurfaceOptions, Surfaces, load_surfaces, read_bpt,
+};
 
 use crate::support::Place;
 use crate::{patches, points};
@@ -74,7 +76,7 @@ fn the_teapot_faces_outwards() {
 fn collapsed_patches_are_points_within_their_bounds() {
     let flat = BezierPatches::new(vec![[[1.0, 2.0, 3.0]; 16]]);
     let patch = patches(&flat)[0];
-    let bounds = flat.bounds(&patch, Domain { u: [0.25, 0.5], v: [0.0, 0.125] });
+    let bounds = flat.bounds(&patch, Domain { u: [0.25, 0.5], v: [0.0, 0.125] }, &Detail::all());
     assert!((0..3).all(|k| bounds.hi[k] - bounds.lo[k] < 1e-5));
     assert_eq!(points(&flat, &patch, &[[0.3, 0.1], [1.0, 1.0]]), [[1.0, 2.0, 3.0]; 2]);
 }
