@@ -14,6 +14,9 @@ const U: f64 = f64::EPSILON / 2.0;
 /// and each sum errs by at most U·M, so 2⁹·U·M covers 2⁸ of them in the point, and as many in the box.
 const SUM_SLACK: f64 = 512.0 * U;
 
+/// More than rounding to f32 takes off: 2⁻²⁴ of a number, or half of the least one.
+const F32_SLACK: f64 = 1.0 / (1 << 23) as f64;
+
 /// A box: lo ≤ x ≤ hi. Empty where lo > hi.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Extent {
@@ -77,18 +80,12 @@ impl Extent {
         self.grown(reach * SUM_SLACK)
     }
 
-    /// The smallest box of f32 numbers around it.
+    /// A box of f32 numbers around it, the smallest but for two units in the last place.
     pub(crate) fn outward(self) -> Aabb {
-        Aabb { lo: self.lo.to_array().map(floor_f32), hi: self.hi.to_array().map(|x| -floor_f32(-x)) }
+        let slack = |x: f64| x.abs().min(f64::from(f32::MAX)) * F32_SLACK + f64::from(f32::from_bits(1));
+        let (lo, hi) = (self.lo.to_array(), self.hi.to_array());
+        Aabb { lo: lo.map(|x| to_f32(x - slack(x))), hi: hi.map(|x| to_f32(x + slack(x))) }
     }
-}
-
-/// The greatest f32 that is not above x; numbers beyond the range of f32 become its ends.
-fn floor_f32(x: f64) -> f32 {
-    let nearest = to_f32(x);
-    let down = nearest.next_down();
-    let down = if down > f32::MIN { down } else { f32::MIN };
-    if f64::from(nearest) > x { down } else { nearest }
 }
 
 /// The nearest f32; numbers beyond its range become its ends, and −0 becomes 0, so that equal points are equal bits.

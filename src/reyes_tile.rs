@@ -34,9 +34,9 @@ pub(crate) fn see<S: OnDemand>(
             stats.surfaces_culled_by_depth += 1;
             continue;
         }
-        match item.piece.ready() {
-            Some(part) => dice(query, tile, work, (&item, part), &mut stats)?,
-            None => open(query, tile, work, &item, &mut stats),
+        let ready = item.piece.ready().or_else(|| open(query, tile, work, &item, &mut stats));
+        if let Some(part) = ready {
+            dice(query, tile, work, (&item, part), &mut stats)?;
         }
     }
     dispatch!(query.level, simd => {
@@ -47,25 +47,24 @@ pub(crate) fn see<S: OnDemand>(
     Ok(stats)
 }
 
-/// Opens an object: its parts come next.
+/// Opens an object: its parts come next. A patch that is ready as it is has none: it is returned.
 fn open<S: OnDemand>(
     query: &FilmQuery<'_, '_, S>,
     tile: &GridTile<'_>,
     work: &mut Workspace<'_, S>,
     item: &Item<S::Object>,
     stats: &mut Stats,
-) {
+) -> Option<SubPatch> {
     let Workspace { dicer, opened, stack, .. } = work;
     opened.clear();
     if let Some(piece) = dicer.open(&item.piece, &item.bounds, opened, stats) {
-        // All of a patch: the box is the same.
-        stack.push(Item { piece, ..*item });
-        return;
+        return piece.ready();
     }
     let first = stack.len();
-    let parts = opened.iter().map(|piece| Item::new(*piece, query.surfaces));
+    let parts = opened.iter().map(|piece| Item::new(*piece, query.surfaces, &dicer.detail));
     stack.extend(parts.filter_map(|part| enter(&part, &tile.frustum, stats)));
     sort_far_first(&mut stack[first..]);
+    None
 }
 
 /// Dices a part of a patch, and tests the micropolygons.
