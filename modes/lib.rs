@@ -35,6 +35,7 @@ mod bake;
 mod bake_occluders;
 mod bake_options;
 mod bezier;
+mod bezier_rows;
 mod bicubic;
 mod blades;
 mod bounce;

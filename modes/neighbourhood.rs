@@ -14,6 +14,7 @@
 
 use std::collections::HashMap;
 
+use crate::bezier_rows::{BezierRows, Rings};
 use crate::cage::{BORDER, Cage, Rows, Rule};
 use crate::limit_masks::Limit;
 
@@ -25,17 +26,21 @@ pub(crate) type ShapeId = u32;
 pub(crate) struct Shapes {
     shapes: Vec<Shape>,
     known: HashMap<Vec<u32>, ShapeId>,
+    /// Of the rows of patches.
+    bytes: usize,
 }
 
 /// A shape.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Shape {
-    /// The 16 control points of a bicubic B-spline, rows of v.
-    Regular(Rows),
+    /// One bicubic patch.
+    Regular(BezierRows),
     /// What a step makes of it: the quads at its corners, each with that corner first.
     Irregular {
         /// The vertices and the shape of the quad at each corner.
         children: Box<[(Rows, ShapeId); 4]>,
+        /// The patches that it has after some steps.
+        rings: Rings,
         /// Where the corners end up, where that can be told at once.
         limits: Box<[Option<Limit>; 4]>,
     },
@@ -126,10 +131,10 @@ impl Shapes {
         let shape = self.shapes.len() as ShapeId;
         self.known.insert(key, shape);
         // Known before its children are: one of them may have this very shape.
-        self.shapes.push(Shape::Regular(Rows::default()));
+        self.shapes.push(Shape::Regular(BezierRows::default()));
         self.shapes[shape as usize] = match control_points(&local) {
-            Some(rows) => Shape::Regular(rows),
-            None => self.irregular(&local),
+            Some(rows) => Shape::Regular(BezierRows::of_b_spline(&rows, around.vertices.len())),
+            None => self.irregular(&local, shape),
         };
         shape
     }
@@ -138,7 +143,7 @@ impl Shapes {
         &self.shapes[shape as usize]
     }
 
-    fn irregular(&mut self, local: &Cage) -> Shape {
+    fn irregular(&mut self, local: &Cage, shape: ShapeId) -> Shape {
         let (refined, rows) = local.refined();
         let children = [0, 1, 2, 3].map(|corner| {
             // The quads of a step stand in the order of the corners.
@@ -146,7 +151,19 @@ impl Shapes {
             (rows.picked(&around.vertices), self.of(&refined, &around))
         });
         let limits = [0, 1, 2, 3].map(|corner| Limit::of(local, corner));
-        Shape::Irregular { children: Box::new(children), limits: Box::new(limits) }
+        let patches = children.each_ref().map(|(step, child)| (step, self.patch(*child)));
+        let mut bytes = self.bytes;
+        let rings = Rings::new((patches, local.corners.len()), children[0].1 == shape, &mut bytes);
+        self.bytes = bytes;
+        Shape::Irregular { children: Box::new(children), rings, limits: Box::new(limits) }
+    }
+
+    /// The rows of a shape that is regular. One that is being made has none yet.
+    fn patch(&self, shape: ShapeId) -> Option<&BezierRows> {
+        match self.get(shape) {
+            Shape::Regular(rows) => Some(rows).filter(|rows| !rows.is_empty()),
+            Shape::Irregular { .. } => None,
+        }
     }
 }
 

@@ -12,7 +12,7 @@
 
 use std::collections::HashMap;
 
-use fearless_simd::{dispatch, prelude::*};
+use fearless_simd::{Level, dispatch, prelude::*};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use umbel_core::{Aabb, Detail, Domain, OnDemand};
@@ -104,10 +104,11 @@ impl SubdivisionSurface {
     }
 
     /// Calls `take` with the limit quad of a quad.
-    fn with_limit<T>(&self, quad: u32, take: impl FnOnce(LimitQuad<'_>) -> T) -> T {
+    fn with_limit<T>(&self, quad: u32, level: Level, take: impl FnOnce(LimitQuad<'_>) -> T) -> T {
         let around = &self.around[self.first_around[quad as usize]..self.first_around[quad as usize + 1]];
         let points: Vec<DVec3> = around.iter().map(|&v| self.quads.points[v as usize]).collect();
-        take(LimitQuad { shapes: &self.shapes, shape: self.shape[quad as usize], points: &points, depth: 0 })
+        let shape = self.shape[quad as usize];
+        take(LimitQuad { shapes: &self.shapes, shape, points: &points, depth: 0, level })
     }
 
     /// A box around the displaced surface over a part of a quad, with the borders that other quads find, for some detail or any.
@@ -124,7 +125,7 @@ impl SubdivisionSurface {
     /// A box around what a quad finds over a part of itself.
     fn inner_extent(&self, quad: u32, domain: Domain, detail: Option<&Detail>) -> Extent {
         let mut all = Extent::EMPTY;
-        self.with_limit(quad, |limit| {
+        self.with_limit(quad, detail.map_or_else(Level::new, Detail::level), |limit| {
             limit.extents(domain, &mut |points, normals| {
                 let uvs = || self.uv_box(quad, domain);
                 all = all.union(self.displacement.extent((points, normals), uvs, detail));
@@ -357,8 +358,8 @@ impl OnDemand for SubdivisionSurface {
         let (mut samples, first) = (vec![none; parameters.len()], points.len());
         points.resize(first + parameters.len(), [0.0; 3]);
         for (ruler, places) in asked.iter().filter(|(_, places)| !places.is_empty()) {
-            self.with_limit(*ruler, |limit| {
-                limit.samples(places, !self.displacement.is_none(), detail.level(), &mut samples)
+            self.with_limit(*ruler, detail.level(), |limit| {
+                limit.samples(places, !self.displacement.is_none(), &mut samples);
             });
             let (from, to) = (&samples[..], &mut points[first..]);
             let asked = (detail, &mut cells);
