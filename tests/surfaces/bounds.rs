@@ -30,7 +30,7 @@ pub(crate) fn displacements() -> Vec<Displacement> {
 
 /// All detail, or that of a picture from a point up to `far` away, or from infinity.
 fn some_detail(random: &mut Random, far: f64) -> Detail {
-    if random.next() % 3 == 0 {
+    if random.next().is_multiple_of(3) {
         return Detail::all();
     }
     let span = 2.0_f64.powf(-12.0 + 12.0 * random.unit());
