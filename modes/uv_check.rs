@@ -82,7 +82,8 @@ pub fn check_uvs(atlas: &Atlas<'_>) -> UvCheck {
             continue;
         };
         check.flat += usize::from(turns[chart as usize] == 0);
-        check.without_area += usize::from(geometry.is_some_and(|geometry| geometry.is_degenerate(id)));
+        check.without_area +=
+            usize::from(geometry.as_ref().is_some_and(|geometry| geometry.is_degenerate(id)));
         check.outside += usize::from(corners.as_flattened().iter().any(|x| !(0.0..=1.0).contains(x)));
     }
     check

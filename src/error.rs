@@ -36,6 +36,28 @@ pub enum Error {
         triangles: usize,
     },
 
+    /// A group of triangles that has none.
+    #[error(
+        "group {group} ends at triangle {end}, and the group before it at {before}: no triangle is left for it"
+    )]
+    EmptyGroup {
+        /// Index of the group.
+        group: usize,
+        /// Where it ends.
+        end: u32,
+        /// Where it begins.
+        before: u32,
+    },
+
+    /// Groups that have more or fewer triangles than there are.
+    #[error("the groups end at triangle {end}, but there are {triangles} triangles")]
+    GroupsEnd {
+        /// Where the last group ends; 0 where there is none.
+        end: u32,
+        /// The number of triangles.
+        triangles: usize,
+    },
+
     /// More rays than indices: at most 2³² − 1 in one call.
     #[error("{rays} rays are more than the {} that one call takes", u32::MAX)]
     TooManyRays {
@@ -168,6 +190,8 @@ impl Error {
             Self::NonFinitePosition { .. }
                 | Self::IndexOutOfRange { .. }
                 | Self::TooManyTriangles { .. }
+                | Self::EmptyGroup { .. }
+                | Self::GroupsEnd { .. }
                 | Self::SurfacePoint { .. }
                 | Self::SurfacePoints { .. }
         )

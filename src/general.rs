@@ -29,7 +29,7 @@ use crate::predicates::Distance;
 use crate::probes::{Nearest, Probes};
 use crate::slabs::Slabs;
 use crate::voxels::{Halves, Ledger};
-use crate::{Aabb, Hits, Partition, Stats, Triangles, sampled_split};
+use crate::{Aabb, Hits, Partition, Stats, Triangles, given, sampled_split};
 
 /// Relative cost of one ray against one triangle.
 const PAIR_COST: usize = 3;
@@ -43,11 +43,6 @@ const PARALLEL_PAIRS: usize = 1 << 16;
 /// is at most log(n)/log(8/7), 166 steps for 2³² objects: any stack holds that.
 const LOPSIDED: usize = 8;
 
-/// Whole runs of a given order stay together.
-const RUN: usize = 64;
-/// A given order is followed while the boxes of both halves have at most this many times the area of their parent's: halves of
-/// a cube have 4/3, those of a random order 2.
-const COHERENT: f64 = 1.75;
 /// What a step reads of an object: its place, its vertices and their positions.
 const OBJECT_BYTES: usize = size_of::<u32>() + size_of::<[u32; 3]>() + size_of::<[[f32; 3]; 3]>();
 
@@ -150,11 +145,11 @@ impl Query<'_> {
         // In a voxel, only what lies within it.
         let boxes = [&*left, &*right].map(|side| bounds_of(self.triangles, side).common(*bounds));
         if self.partition == Partition::Given {
-            if !separates(bounds, &boxes) {
+            if !given::separates(bounds, &boxes, [left.len(), right.len()]) {
                 let query = Query { partition: Partition::Middle, ..*self };
                 return stats.plus(query.recurse(rays, objects, bounds, true));
             }
-            split = in_space(split, &boxes);
+            split = given::in_space(split.left, &boxes);
         }
         stats.plus(self.descend(rays, [left, right], boxes, split))
     }
@@ -214,11 +209,11 @@ impl Query<'_> {
 
     /// Splits objects in place, as the partition says; both sides hold some.
     fn split(&self, rays: &[Active], objects: &mut [u32], bounds: &Aabb, stats: &mut Stats) -> Split {
-        let len = objects.len();
         match self.partition {
             Partition::Given => {
-                let half = if len > 2 * RUN { (len / 2).next_multiple_of(RUN) } else { len / 2 };
-                Split { left: half, axis: 0, ascending: true, sampled: None }
+                // As they are given they stay: their ids are consecutive.
+                let left = given::half(self.triangles.group_ends(), objects[0], objects.len());
+                Split { left, axis: 0, ascending: true, sampled: None }
             }
             Partition::Sampled => match sampled_split::split(self.triangles, rays, objects) {
                 Some((split, sampled)) => {
@@ -264,23 +259,6 @@ impl Query<'_> {
         }
         stats
     }
-}
-
-/// Whether two sides have so much smaller boxes than both together that fewer rays meet each: a given order is coherent.
-fn separates(bounds: &Aabb, boxes: &[Aabb; 2]) -> bool {
-    let area = |bounds: &Aabb| {
-        let [x, y, z] = bounds.extent();
-        x * y + y * z + z * x
-    };
-    area(&boxes[0]) + area(&boxes[1]) <= COHERENT * area(bounds)
-}
-
-/// The order of two sides in space: along the axis on which their centres lie farthest apart.
-fn in_space(split: Split, boxes: &[Aabb; 2]) -> Split {
-    let [left, right] = boxes.map(|bounds| bounds.centre());
-    let apart = [0, 1, 2].map(|k| right[k] - left[k]);
-    let axis = (0..3).fold(0, |most, k| if apart[k].abs() > apart[most].abs() { k } else { most });
-    Split { axis, ascending: apart[axis] >= 0.0, ..split }
 }
 
 /// The box of some triangles.

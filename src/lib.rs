@@ -40,6 +40,7 @@ mod frame;
 mod frustum;
 mod gather;
 mod general;
+mod given;
 mod grid_samples;
 mod grid_tile;
 mod hemisphere;

@@ -3,7 +3,7 @@
 //! | partition | objects | what decides |
 //! |---|---|---|
 //! | middle | in place | the middle of the longest side of their box |
-//! | given | as they are | the order of the file: halves of the slice |
+//! | given | as they are | the ends of groups, within a group the middle of its order: [`crate::given`] |
 //! | spatial | referenced by each voxel that their boxes meet | the middle of the longest side of the voxel |
 //! | sampled | in place | what a sample of the active rays meets |
 //!
@@ -19,8 +19,9 @@ pub enum Partition {
     /// At the middle of the longest side of their box, by their centres; at the median where that is lopsided.
     #[default]
     Middle,
-    /// As they are given: halves of the slice, whole runs of 64. Good where neighbours in the file are neighbours in space, as
-    /// the objects and groups of a scene graph are; where their boxes overlap too much, as [`Partition::Middle`] from there on.
+    /// As they are given: halves of whole groups ([`Triangles::with_groups`](crate::Triangles::with_groups)), then halves of a group's
+    /// order, whole runs of 64. Good where neighbours in the file are neighbours in space, as the objects of a scene graph are;
+    /// where boxes overlap too much, as [`Partition::Middle`] from there on.
     Given,
     /// By space: the halves of a voxel, each with the triangles that reach into it. A triangle may be in both. Where that
     /// does not reduce the work, as [`Partition::Middle`].
