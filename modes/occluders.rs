@@ -27,13 +27,19 @@ const BELOW: f64 = 1.0 / (1 << 20) as f64;
 pub struct Occluders<'a> {
     positions: Cow<'a, [[f32; 3]]>,
     triangles: Cow<'a, [[u32; 3]]>,
+    /// Where the objects of all scenes end.
+    group_ends: Vec<u32>,
 }
 
 impl<'a> Occluders<'a> {
-    /// A scene that occludes itself. Nothing is copied.
+    /// A scene that occludes itself. Its triangles are not copied.
     #[must_use]
     pub fn new(scene: &'a Scene) -> Self {
-        Self { positions: Cow::Borrowed(&scene.positions), triangles: Cow::Borrowed(&scene.triangles) }
+        Self {
+            positions: Cow::Borrowed(&scene.positions),
+            triangles: Cow::Borrowed(&scene.triangles),
+            group_ends: scene.group_ends(),
+        }
     }
 
     /// Adds the triangles of another scene.
@@ -41,7 +47,7 @@ impl<'a> Occluders<'a> {
     /// # Errors
     /// [`Error::Usage`] when there are more vertices than indices.
     pub fn add(&mut self, scene: &Scene) -> Result<(), Error> {
-        self.append(&scene.positions, &scene.triangles)
+        self.append(&scene.positions, &scene.triangles, &scene.group_ends())
     }
 
     /// Adds a ground below all that there is so far. An empty scene has none.
@@ -73,15 +79,16 @@ impl<'a> Occluders<'a> {
         if !corners.iter().flatten().all(|x| x.is_finite()) {
             return Err(Error::Usage("--ground-plane: the scene is too large for a ground around it".into()));
         }
-        self.append(&corners, &[[0, 1, 2], [0, 2, 3]])
+        self.append(&corners, &[[0, 1, 2], [0, 2, 3]], &[2])
     }
 
-    /// The triangles as the engine takes them, checked.
+    /// The triangles as the engine takes them, checked, with the objects of all scenes as their groups.
     ///
     /// # Errors
     /// When a position is not finite or an index is out of range.
     pub fn geometry(&self) -> Result<Triangles<'_>, Error> {
-        Ok(Triangles::new(&self.positions, &self.triangles)?)
+        let triangles = Triangles::new(&self.positions, &self.triangles)?;
+        Ok(triangles.with_groups(&self.group_ends)?)
     }
 
     /// Bytes that are held beside the scene.
@@ -92,8 +99,13 @@ impl<'a> Occluders<'a> {
         (positions + triangles) as u64
     }
 
-    fn append(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<(), Error> {
-        let first = self.positions.len();
+    fn append(
+        &mut self,
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        group_ends: &[u32],
+    ) -> Result<(), Error> {
+        let (first, first_triangle) = (self.positions.len(), self.triangles.len());
         if u32::try_from(first + positions.len()).is_err() {
             return Err(Error::Usage(
                 "the occluders have more vertices together than 32 bits can count".into(),
@@ -102,6 +114,8 @@ impl<'a> Occluders<'a> {
         let moved = |corners: &[u32; 3]| corners.map(|vertex| vertex + first as u32);
         self.positions.to_mut().extend_from_slice(positions);
         self.triangles.to_mut().extend(triangles.iter().map(moved));
+        // In range, or else the engine refuses so many triangles.
+        self.group_ends.extend(group_ends.iter().map(|&end| (first_triangle + end as usize) as u32));
         Ok(())
     }
 }

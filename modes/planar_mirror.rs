@@ -157,7 +157,7 @@ impl<'a> Front<'a> {
         let [columns, rows] = rect;
         let place = |[x, y]: [u32; 2]| (y - rows.start) * (columns.end - columns.start) + x - columns.start;
         let places = wanted.iter().map(|&k| place(pixel(k))).collect();
-        let triangles = Triangles::new(&self.scene.positions, &self.triangles)?;
+        let triangles = self.scene.geometry_of(&self.triangles, &self.ids)?;
         let (hits, stats) = closest_hit(&triangles, &pencil, options)?;
         let mut reflection = Reflection { mirror: self.mirror, pencil, places, found: Vec::new() };
         let found = reflection.places.par_iter().map(|&place| hits.get(place as usize));

@@ -76,12 +76,44 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The triangles as the engine takes them, checked.
+    /// The triangles as the engine takes them, checked, with the objects as their groups.
     ///
     /// # Errors
     /// When a position is not finite or an index is out of range.
     pub fn geometry(&self) -> Result<Triangles<'_>, Error> {
-        Ok(Triangles::new(&self.positions, &self.triangles)?)
+        let triangles = Triangles::new(&self.positions, &self.triangles)?;
+        Ok(triangles.with_groups(self.group_ends())?)
+    }
+
+    /// Some of the triangles and their ids, which ascend, as the engine takes them; with the same groups.
+    pub(crate) fn geometry_of<'a>(
+        &'a self,
+        triangles: &'a [[u32; 3]],
+        ids: &[u32],
+    ) -> Result<Triangles<'a>, Error> {
+        let some = Triangles::new(&self.positions, triangles)?;
+        // In range: they have been counted.
+        Ok(some.with_groups(
+            self.ends_among(ids.len() as u32, |end| ids.partition_point(|&id| id < end) as u32),
+        )?)
+    }
+
+    /// Where the objects end. What no object has belongs to the next one, or comes last.
+    pub(crate) fn group_ends(&self) -> Vec<u32> {
+        // In range, or else the engine refuses so many triangles.
+        self.ends_among(self.triangles.len() as u32, |end| end)
+    }
+
+    /// Where the objects end among `count` triangles, of which `before(id)` come before a triangle of the scene.
+    fn ends_among(&self, count: u32, before: impl Fn(u32) -> u32) -> Vec<u32> {
+        let of_objects = self.objects.iter().map(|object| before(object.triangles.end));
+        let mut ends = Vec::with_capacity(self.objects.len() + 1);
+        for end in of_objects.filter(|&end| end < count).chain([count]) {
+            if end > ends.last().copied().unwrap_or(0) {
+                ends.push(end);
+            }
+        }
+        ends
     }
 
     /// The bounds of all vertices that triangles use.

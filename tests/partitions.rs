@@ -14,6 +14,8 @@
 #![expect(clippy::print_stdout, reason = "with --nocapture the counts are the result")]
 
 mod generators;
+#[path = "partitions/groups.rs"]
+mod groups;
 mod oracle;
 
 use generators::meshes::sphere;
