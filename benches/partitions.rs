@@ -12,14 +12,16 @@ use crate::subject::Subject;
 use crate::views::{Folder, View};
 use crate::{Result, comparison, machine, report};
 
-/// What is run: the default path, then the partitions.
-const RUNS: usize = 1 + Partition::ALL.len();
+/// What is run: the default path, the partitions, and the given one without what the scene tells of its objects.
+const RUNS: usize = 2 + Partition::ALL.len();
 
 /// One way to find the hits, measured.
 #[derive(Debug, Clone)]
 struct Run {
     name: String,
     options: Options,
+    /// Whether it is told where objects end.
+    grouped: bool,
     /// One per round.
     ms: Vec<f64>,
     stats: Stats,
@@ -33,16 +35,18 @@ impl Run {
 
 /// The default path, and the general path with each partition.
 fn runs() -> [Run; RUNS] {
-    std::array::from_fn(|k| {
-        let (name, options) = match k.checked_sub(1) {
-            None => ("default path".to_owned(), Options::default()),
-            Some(k) => {
-                let partition = Partition::ALL[k];
-                let options = Options { path: Path::General, partition, ..Options::default() };
-                (format!("{partition:?}").to_lowercase(), options)
-            }
-        };
-        Run { name, options, ms: Vec::new(), stats: Stats::default() }
+    let run = |name: &str, options: Options, grouped: bool| Run {
+        name: name.to_owned(),
+        options,
+        grouped,
+        ms: Vec::new(),
+        stats: Stats::default(),
+    };
+    let by = |partition| Options { path: Path::General, partition, ..Options::default() };
+    std::array::from_fn(|k| match k.checked_sub(1).map(|k| Partition::ALL.get(k)) {
+        None => run("default path", Options::default(), true),
+        Some(Some(&partition)) => run(&format!("{partition:?}").to_lowercase(), by(partition), true),
+        Some(None) => run("given, file", by(Partition::Given), false),
     })
 }
 
@@ -69,12 +73,14 @@ pub(crate) fn run(args: &PartitionsArgs, common: &Common) -> Result<()> {
 
 /// Runs all in turns; the first round does not count.
 fn measure(bounce: &Bounce, repeat: u32) -> Result<[Run; RUNS]> {
-    let triangles = Triangles::new(&bounce.model.positions, &bounce.model.triangles)?;
+    let ungrouped = Triangles::new(&bounce.model.positions, &bounce.model.triangles)?;
+    let triangles = ungrouped.clone().with_groups(&bounce.model.group_ends)?;
     let mut runs = runs();
     let mut expected = None;
     for round in 0..=repeat {
         for run in &mut runs {
-            let (ms, found) = timed(|| closest_hit(&triangles, &bounce.exact[..], &run.options));
+            let triangles = if run.grouped { &triangles } else { &ungrouped };
+            let (ms, found) = timed(|| closest_hit(triangles, &bounce.exact[..], &run.options));
             let (hits, stats) = found?;
             if round > 0 {
                 run.ms.push(ms);

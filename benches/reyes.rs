@@ -153,6 +153,7 @@ fn measure<S: OnDemand>(
             name: format!("{name}, shading rate {shading_rate}"),
             positions: diced.positions().to_vec(),
             triangles: diced.indices().to_vec(),
+            group_ends: vec![diced.indices().len() as u32],
             dropped: 0,
         };
         drop(diced);

@@ -51,6 +51,8 @@ pub(crate) struct Model {
     pub(crate) positions: Vec<[f32; 3]>,
     /// Without those that have no area; the index is the id.
     pub(crate) triangles: Vec<[u32; 3]>,
+    /// Where the objects of the scene end.
+    pub(crate) group_ends: Vec<u32>,
     /// How many triangles without area were left out.
     pub(crate) dropped: usize,
 }
@@ -67,10 +69,16 @@ impl Model {
     /// The triangles that have an area.
     pub(crate) fn new(name: &str, scene: &Scene) -> Self {
         let positions = scene.positions.clone();
-        let with_area = scene.triangles.iter().filter(|corners| has_area(&positions, corners));
-        let triangles: Vec<_> = with_area.copied().collect();
+        let (mut triangles, mut group_ends) = (Vec::new(), Vec::new());
+        for object in &scene.objects {
+            let corners = &scene.triangles[object.triangles.start as usize..object.triangles.end as usize];
+            triangles.extend(corners.iter().filter(|corners| has_area(&positions, corners)));
+            group_ends.push(triangles.len() as u32);
+        }
+        group_ends.dedup();
+        group_ends.retain(|&end| end > 0);
         let dropped = scene.triangles.len() - triangles.len();
-        Self { name: name.to_owned(), positions, triangles, dropped }
+        Self { name: name.to_owned(), positions, triangles, group_ends, dropped }
     }
 }
 

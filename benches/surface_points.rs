@@ -131,7 +131,8 @@ mod tests {
     fn model() -> Model {
         let positions =
             vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [9.0, 9.0, 9.0], [4.0, 0.0, 0.0]];
-        Model { name: "two".into(), positions, triangles: vec![[0, 1, 2], [1, 4, 2]], dropped: 0 }
+        let triangles = vec![[0, 1, 2], [1, 4, 2]];
+        Model { name: "two".into(), positions, triangles, group_ends: vec![2], dropped: 0 }
     }
 
     fn owners(set: &str) -> Vec<u32> {
