@@ -16,6 +16,7 @@ mod batch;
 mod blocks;
 mod bounds;
 mod bundle_leaf;
+mod bundle_recursion;
 mod bundles;
 mod cell_grid;
 mod cell_leaf;
