@@ -26,6 +26,8 @@ pub(crate) struct Query<'a> {
     pub(crate) objects: &'a Objects<'a>,
     pub(crate) probes: Probes<'a>,
     pub(crate) any: bool,
+    /// Whether the pairs of each ray are counted.
+    pub(crate) counts: bool,
 }
 
 /// What a ray has found, and how its t is seen in the culling space.
@@ -43,6 +45,8 @@ pub(crate) struct Bundle<'a> {
     pub(crate) rays: &'a mut [CulledRay],
     pub(crate) exact: &'a [Ray],
     pub(crate) found: &'a mut [Found],
+    /// Pairs of each ray; empty where nobody counts them.
+    pub(crate) tested: &'a mut [u32],
     pub(crate) lists: &'a mut Vec<u16>,
     pub(crate) pairs: Pairs,
     pub(crate) stats: &'a mut Stats,
@@ -120,6 +124,9 @@ impl Bundle<'_> {
         let set_up = GroupTriangles::new(simd, group, middle);
         self.stats.triangles_set_up += LANES as u64;
         self.stats.samples_tested += (list.len() * LANES) as u64;
+        if self.query.counts {
+            self.count(list.clone());
+        }
         for place in list {
             let ray = self.lists[place];
             let candidates = set_up.candidates(&self.rays[ray as usize]);
@@ -130,10 +137,19 @@ impl Bundle<'_> {
         }
     }
 
+    /// Counts the pairs of the rays of a list with a group: apart from the kernel, where few ask for it.
+    #[cold]
+    fn count(&mut self, list: Range<usize>) {
+        for &ray in &self.lists[list] {
+            let tested = &mut self.tested[ray as usize];
+            *tested = tested.saturating_add(LANES as u32);
+        }
+    }
+
     /// Tests up to eight pairs of rays and triangles.
     #[inline(always)]
     fn test_pairs<S: Simd>(&mut self, simd: S) {
-        let Query { objects, probes, any } = *self.query;
+        let Query { objects, probes, any, .. } = *self.query;
         let (rays, ids, count) = self.pairs.take();
         self.stats.doubtful_samples += count as u64;
         let mut verdicts = Verdicts::NONE;

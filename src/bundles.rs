@@ -49,6 +49,7 @@ use crate::predicates::{Distance, saturate};
 use crate::probes::{A_RAY, Nearest, Probes};
 use crate::ray_order::{CHUNK, RayOrder};
 use crate::shaft::Shaft;
+use crate::window::Row;
 use crate::{Hits, Ray, Stats, Triangles};
 
 /// The most rays of a window. Indices of a list must fit u16.
@@ -75,33 +76,47 @@ impl<'a> Objects<'a> {
         Some(Self { triangles, divided, space, level, lists: AtomicUsize::new(0) })
     }
 
-    /// Finds the nearest, or any, hit of each ray. `None` if a ray begins too far away for culling in f32.
-    pub(crate) fn intersect(&self, probes: Probes<'_>, any: bool, hits: &mut Hits) -> Option<Stats> {
-        let query = Query { objects: self, probes, any };
+    /// Finds the nearest, or any, hit of each ray, and counts the pairs of each unless there is no room for that. `None` if a ray
+    /// begins too far away for culling in f32.
+    pub(crate) fn intersect(
+        &self,
+        probes: Probes<'_>,
+        any: bool,
+        (hits, pairs): (&mut Hits, &mut [u32]),
+    ) -> Option<Stats> {
+        let counts = !pairs.is_empty();
+        let query = Query { objects: self, probes, any, counts };
         let threads = rayon::current_num_threads();
         let chunk = (probes.len() / (threads * 8)).clamp(FEWEST, CHUNK);
-        let chunks = hits.ids.par_chunks_mut(chunk).zip(hits.ts.par_chunks_mut(chunk)).enumerate();
-        let of_chunk = |state: &mut (RayOrder, Workspace),
-                        (index, (ids, ts)): (usize, (&mut [u32], &mut [f32]))| {
-            let (order, work) = state;
-            // In range: there are fewer than 2³² rays.
-            let first = (index * chunk) as u32;
-            let rays = first..first + ids.len() as u32;
-            let entries = dispatch!(self.level, simd => order.of(simd, &probes, rays, &self.space));
-            let mut stats = Stats::default();
-            for window in entries.chunks(WINDOW) {
-                let probes = window.iter().map(|entry| (entry.probe(first), entry.octant()));
-                stats = stats.plus(work.intersect(&query, probes)?);
-                work.write(&query, |probe, id, t| {
-                    let place = (probe - first) as usize;
-                    (ids[place], ts[place]) = (id, t);
-                });
-            }
-            Some(stats)
-        };
+        let mut counted: Vec<&mut [u32]> = pairs.chunks_mut(chunk).collect();
+        counted.resize_with(probes.len().div_ceil(chunk), Default::default);
+        let chunks = hits.ids.par_chunks_mut(chunk).zip(hits.ts.par_chunks_mut(chunk));
+        let chunks = chunks.zip(counted).enumerate();
+        let of_chunk =
+            |state: &mut (RayOrder, Workspace),
+             (index, ((ids, ts), counted)): (usize, (Row<'_>, &mut [u32]))| {
+                let (order, work) = state;
+                // In range: there are fewer than 2³² rays.
+                let first = (index * chunk) as u32;
+                let rays = first..first + ids.len() as u32;
+                let entries = dispatch!(self.level, simd => order.of(simd, &probes, rays, &self.space));
+                let mut stats = Stats::default();
+                for window in entries.chunks(WINDOW) {
+                    let probes = window.iter().map(|entry| (entry.probe(first), entry.octant()));
+                    stats = stats.plus(work.intersect(&query, probes)?);
+                    work.write(&query, |probe, id, t| {
+                        let place = (probe - first) as usize;
+                        (ids[place], ts[place]) = (id, t);
+                    });
+                    work.tested().for_each(|(probe, pairs)| counted[(probe - first) as usize] = pairs);
+                }
+                Some(stats)
+            };
         let stats = chunks.map_init(Default::default, of_chunk);
         let stats = stats.try_reduce(Stats::default, |one, other| Some(one.plus(other)))?;
-        let of_thread = self.workspace_bytes(chunk.min(WINDOW)) + RayOrder::bytes_for(chunk);
+        let window = chunk.min(WINDOW);
+        let counted = if counts { window * size_of::<u32>() } else { 0 };
+        let of_thread = self.workspace_bytes(window) + counted + RayOrder::bytes_for(chunk);
         let threads = threads.min(probes.len().div_ceil(chunk));
         Some(Stats { engine_bytes: (self.bytes() + threads * of_thread) as u64, ..stats })
     }
@@ -113,7 +128,7 @@ impl<'a> Objects<'a> {
         probes: Probes<'_>,
         mut hit: impl FnMut(u32),
     ) -> Option<Stats> {
-        let query = Query { objects: self, probes, any: true };
+        let query = Query { objects: self, probes, any: true, counts: false };
         // In range: a window is small.
         let rays = (0..probes.len() as u32).map(|probe| (probe, octant(probes.ray(probe).direction)));
         let stats = work.intersect(&query, rays)?;
@@ -144,6 +159,8 @@ pub(crate) struct Workspace {
     sorted: [Vec<u32>; OCTANTS],
     /// Of each ray.
     found: Vec<Found>,
+    /// Pairs of each ray, where they are counted.
+    tested: Vec<u32>,
     /// Lists of rays, one behind the other.
     lists: Vec<u16>,
     stats: Stats,
@@ -156,6 +173,8 @@ impl Workspace {
         self.sorted.iter_mut().for_each(Vec::clear);
         probes.for_each(|(probe, octant)| self.sorted[octant].push(probe));
         let ends = dispatch!(query.objects.level, simd => self.cut(simd, query))?;
+        self.tested.clear();
+        self.tested.resize(if query.counts { self.rays.len() } else { 0 }, 0);
         let mut first = 0;
         for (octant, end) in ends.into_iter().enumerate() {
             if first < end {
@@ -200,7 +219,7 @@ impl Workspace {
 
     /// All rays of an octant.
     fn descend_octant(&mut self, query: &Query<'_>, octant: usize, first: usize, end: usize) {
-        let Self { rays, exact, found, lists, stats, .. } = self;
+        let Self { rays, exact, found, tested, lists, stats, .. } = self;
         lists.resize(lists.len().max(end - first), 0);
         // In range: a window has at most 2¹³ rays.
         (0..).zip(&mut lists[..end - first]).for_each(|(ray, place)| *place = ray);
@@ -211,11 +230,17 @@ impl Workspace {
             rays: &mut rays[first..end],
             exact: &exact[first..end],
             found: &mut found[first..end],
+            tested: if query.counts { &mut tested[first..end] } else { &mut [] },
             lists,
             pairs: Pairs::default(),
             stats,
         };
         bundle.descend(query.objects.divided.all(), 0..end - first, end - first);
+    }
+
+    /// The pairs of each probe of a window, where they are counted. What does not meet the scene is left out.
+    fn tested(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.rays.iter().map(|ray| ray.probe).zip(self.tested.iter().copied())
     }
 
     /// Tells the hits of a window: the probe, the triangle, and t, infinite unless the nearest was asked for.

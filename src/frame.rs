@@ -33,6 +33,8 @@ pub struct Frame {
     pub(crate) hits: Hits,
     pub(crate) order: Option<Order>,
     pub(crate) tiles: Vec<TileStats>,
+    pub(crate) pairs: Vec<u32>,
+    pub(crate) counts_pairs: bool,
     keeps_order: bool,
 }
 
@@ -47,6 +49,13 @@ impl Frame {
     #[must_use]
     pub fn keeping_order() -> Self {
         Self { keeps_order: true, ..Self::default() }
+    }
+
+    /// Counts the pairs of each ray from now on: see [`Frame::pairs`]. Changes no hit. 4 bytes per ray, and a little time where
+    /// rays go in bundles.
+    #[must_use]
+    pub fn counting_pairs(self) -> Self {
+        Self { counts_pairs: true, ..self }
     }
 
     /// Finds the nearest triangle along each ray, as [`crate::closest_hit`] does, into this frame.
@@ -108,6 +117,28 @@ impl Frame {
     #[must_use]
     pub fn tiles(&self) -> &[TileStats] {
         &self.tiles
+    }
+
+    /// The pairs of each ray with a triangle whose edge functions were evaluated in the last query: the sum is
+    /// [`Stats::samples_tested`]. Empty unless this frame counts them.
+    ///
+    /// A pencil counts those of scattered rays. Rays of its grid films are evaluated together, tile by tile: they have 0 here,
+    /// and their tiles have [`TileStats::samples_per_ray`]. Where all films are grids this is empty. What a ray is tested with depends on
+    /// the rays around it and on the path.
+    ///
+    /// ```
+    /// # use umbel_core::{Frame, Options, Ray, Triangles, glam::DVec3};
+    /// # let positions = [[-9.0, -9.0, -1.0], [9.0, -9.0, -1.0], [0.0, 9.0, -1.0]];
+    /// let triangles = Triangles::new(&positions, &[[0, 1, 2]])?;
+    /// let rays = [DVec3::NEG_Z, DVec3::Z].map(|direction| Ray::new(DVec3::ZERO, direction));
+    /// let mut frame = Frame::new().counting_pairs();
+    /// frame.closest_hit(&triangles, &rays[..], &Options::default())?;
+    /// assert!(frame.pairs()[0] > 0 && frame.pairs()[1] == 0);
+    /// # Ok::<(), umbel_core::Error>(())
+    /// ```
+    #[must_use]
+    pub fn pairs(&self) -> &[u32] {
+        &self.pairs
     }
 
     /// The hits of the last query, to keep.

@@ -52,6 +52,8 @@ pub(crate) struct Active {
     pub(crate) slabs: Slabs,
     pub(crate) nearest: Nearest,
     ray: u32,
+    /// Pairs that were evaluated for it: what the others leave of 88 bytes.
+    tested: u32,
 }
 
 /// The query that all steps share.
@@ -68,18 +70,16 @@ struct Query<'a> {
 
 /// Finds the nearest, or any, hit of each ray, with the default partition.
 pub(crate) fn intersect(triangles: &Triangles<'_>, probes: Probes<'_>, any: bool, hits: &mut Hits) -> Stats {
-    intersect_by(Partition::default(), triangles, probes, any, hits)
+    intersect_by(Partition::default(), (triangles, probes, any), (hits, &mut []))
 }
 
-/// Finds the nearest, or any, hit of each ray.
+/// Finds the nearest, or any, hit of each ray, and counts the pairs of each unless there is no room for that.
 pub(crate) fn intersect_by(
     partition: Partition,
-    triangles: &Triangles<'_>,
-    probes: Probes<'_>,
-    any: bool,
-    hits: &mut Hits,
+    query: (&Triangles<'_>, Probes<'_>, bool),
+    answer: (&mut Hits, &mut [u32]),
 ) -> Stats {
-    intersect_down_to(PAIR_COST, partition, (triangles, probes, any), hits)
+    intersect_down_to(PAIR_COST, partition, query, answer)
 }
 
 /// The same, ending where the cost of a pair says.
@@ -87,13 +87,13 @@ fn intersect_down_to(
     pair_cost: usize,
     partition: Partition,
     (triangles, probes, any): (&Triangles<'_>, Probes<'_>, bool),
-    hits: &mut Hits,
+    (hits, pairs): (&mut Hits, &mut [u32]),
 ) -> Stats {
     // In range: both counts fit u32.
     let mut objects: Vec<u32> = (0..triangles.len() as u32).collect();
     let start = |index| {
         let ray = probes.ray(index);
-        Active { slabs: Slabs::new(&ray), nearest: Nearest::none(ray.t_max), ray: index }
+        Active { slabs: Slabs::new(&ray), nearest: Nearest::none(ray.t_max), ray: index, tested: 0 }
     };
     let mut active: Vec<Active> = (0..probes.len() as u32).map(start).collect();
     let bytes = objects.capacity() * size_of::<u32>() + active.capacity() * size_of::<Active>();
@@ -104,7 +104,10 @@ fn intersect_down_to(
     let mut stats = query.recurse(&mut active, &mut objects, &bounds, true);
     stats.engine_bytes += bytes as u64 + ledger.peak();
 
-    for Active { ray, nearest, .. } in active {
+    for Active { ray, nearest, tested, .. } in active {
+        if let Some(pairs) = pairs.get_mut(ray as usize) {
+            *pairs = tested;
+        }
         if nearest.is_hit() {
             hits.ids[ray as usize] = nearest.id;
             if !any {
@@ -244,7 +247,7 @@ impl Query<'_> {
     fn leaf(&self, rays: &mut [Active], objects: &[u32]) -> Stats {
         let mut stats = Stats { triangles_set_up: objects.len() as u64, ..Stats::default() };
         for active in rays {
-            let ray = self.probes.ray(active.ray);
+            let (ray, before) = (self.probes.ray(active.ray), stats.samples_tested);
             for &id in objects {
                 if self.any && active.nearest.is_hit() {
                     break;
@@ -256,6 +259,8 @@ impl Query<'_> {
                 stats.samples_tested += 1;
                 self.probes.test((active.ray, &ray), id, self.triangles, &mut active.nearest, &mut stats);
             }
+            // In range: there are fewer than 2³² objects.
+            active.tested = active.tested.saturating_add((stats.samples_tested - before) as u32);
         }
         stats
     }
@@ -298,7 +303,8 @@ mod tests {
         let probes = Probes::Rays(Rays::General(&rays));
         let hits = |pair_cost: usize, partition: Partition| {
             let mut hits = Hits::missed(rays.len());
-            let stats = intersect_down_to(pair_cost, partition, (&triangles, probes, false), &mut hits);
+            let query = (&triangles, probes, false);
+            let stats = intersect_down_to(pair_cost, partition, query, (&mut hits, &mut []));
             (hits, stats.nodes)
         };
         for partition in Partition::ALL {

@@ -9,8 +9,8 @@ use crate::hits::NO_TRIANGLE;
 use crate::probes::Probes;
 use crate::runs::Runs;
 use crate::{
-    Error, Frame, Hits, Occlusion, OpenRays, Options, Origin, Path, RaySamples, Rays, Receiver, Segment,
-    Stats, Triangles, ambient, clusters, hemispheres, recursion, shadow,
+    Error, Film, Frame, Hits, Occlusion, OpenRays, Options, Origin, Partition, Path, Pencil, RaySamples,
+    Rays, Receiver, Segment, Stats, Triangles, ambient, clusters, hemispheres, recursion, shadow,
 };
 use fearless_simd::Level;
 
@@ -60,8 +60,10 @@ pub fn blocked(
     let mut hits = Hits::missed(segments.len());
     let probes = Probes::Segments(segments);
     let stats = in_pool(|| match options.path {
-        Path::Pencil => in_bundles(triangles, probes, (level, true), &mut hits),
-        Path::General => general::intersect_by(options.partition, triangles, probes, true, &mut hits),
+        Path::Pencil => in_bundles((triangles, probes, true), level, (&mut hits, &mut [])),
+        Path::General => {
+            general::intersect_by(options.partition, (triangles, probes, true), (&mut hits, &mut []))
+        }
     })?;
     Ok((hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats))
 }
@@ -101,13 +103,8 @@ pub(crate) fn run_shadowed(
         }
         Path::General => {
             let mut hits = Hits::missed(receivers.len());
-            let stats = general::intersect_by(
-                options.partition,
-                triangles,
-                Probes::Shadows(light, receivers),
-                true,
-                &mut hits,
-            );
+            let query = (triangles, Probes::Shadows(light, receivers), true);
+            let stats = general::intersect_by(options.partition, query, (&mut hits, &mut []));
             (hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats)
         }
     })
@@ -175,24 +172,31 @@ pub(crate) fn run(
     {
         rays[ray].check()?;
     }
+    let in_tiles = |pencil: &Pencil| pencil.films().iter().all(|film| matches!(film, Film::Grid(_)));
+    let counts = match (rays, options.path) {
+        (Rays::Pencil(pencil), Path::Pencil) => frame.counts_pairs && !in_tiles(pencil),
+        _ => frame.counts_pairs,
+    };
+    frame.pairs.clear();
+    frame.pairs.resize(if counts { rays.len() } else { 0 }, 0);
     in_pool(|| match (rays, options.path) {
         (Rays::Pencil(pencil), Path::Pencil) => {
             frame.hits.make_room(rays.len());
             let runs = Runs::new(triangles, level, frame.order.take());
             let how = (options.accuracy, level, any);
+            let answer = (&mut frame.hits, &mut frame.pairs[..]);
             let stats;
-            (stats, frame.tiles) = recursion::intersect(triangles, pencil, &runs, how, &mut frame.hits);
+            (stats, frame.tiles) = recursion::intersect(triangles, pencil, &runs, how, answer);
             frame.order = Some(runs.into_order());
             stats
         }
         (_, path) => {
             (frame.hits, frame.tiles) = (Hits::missed(rays.len()), Vec::new());
-            let probes = Probes::Rays(rays);
+            let query = (triangles, Probes::Rays(rays), any);
+            let answer = (&mut frame.hits, &mut frame.pairs[..]);
             match path {
-                Path::Pencil => in_bundles(triangles, probes, (level, any), &mut frame.hits),
-                Path::General => {
-                    general::intersect_by(options.partition, triangles, probes, any, &mut frame.hits)
-                }
+                Path::Pencil => in_bundles(query, level, answer),
+                Path::General => general::intersect_by(options.partition, query, answer),
             }
         }
     })
@@ -200,16 +204,15 @@ pub(crate) fn run(
 
 /// Finds hits in bundles; ray by ray where numbers are too large or too small for bundles.
 fn in_bundles(
-    triangles: &Triangles<'_>,
-    probes: Probes<'_>,
-    (level, any): (Level, bool),
-    hits: &mut Hits,
+    (triangles, probes, any): (&Triangles<'_>, Probes<'_>, bool),
+    level: Level,
+    (hits, pairs): (&mut Hits, &mut [u32]),
 ) -> Stats {
     let objects = Objects::new(triangles, level);
-    let found = objects.and_then(|objects| objects.intersect(probes, any, hits));
+    let found = objects.and_then(|objects| objects.intersect(probes, any, (hits, pairs)));
     found.unwrap_or_else(|| {
         *hits = Hits::missed(probes.len());
-        general::intersect(triangles, probes, any, hits)
+        general::intersect_by(Partition::default(), (triangles, probes, any), (hits, pairs))
     })
 }
 

@@ -31,13 +31,14 @@ use crate::tile_depth::TileDepth;
 use crate::window::{Rect, Row, Window};
 use crate::{Aabb, Accuracy, Film, Hits, Stats, TileStats, Triangles};
 
-/// Finds the nearest, or any, hit of each ray of a pencil. Returns what each tile has cost as well.
+/// Finds the nearest, or any, hit of each ray of a pencil, and counts the pairs of scattered rays unless there is no room for that.
+/// Returns what each tile has cost as well.
 pub(crate) fn intersect(
     triangles: &Triangles<'_>,
     pencil: &Pencil,
     runs: &Runs,
     (accuracy, level, any): (Accuracy, Level, bool),
-    hits: &mut Hits,
+    (hits, mut pairs): (&mut Hits, &mut [u32]),
 ) -> (Stats, Vec<TileStats>) {
     let mut tiles = Vec::new();
     // In range: a pencil has fewer than 2³² rays.
@@ -48,6 +49,8 @@ pub(crate) fn intersect(
     let origin = pencil.origin();
     let bounds = runs.bounds();
     for (index, (film, mut window)) in pencil.films().iter().zip(Window::over(hits, sizes)).enumerate() {
+        let of_film;
+        (of_film, pairs) = pairs.split_at_mut((film.len() as usize).min(pairs.len()));
         match film {
             Film::Grid(film) => {
                 let Some(projection) = &Projection::new(origin, film.span()) else {
@@ -71,9 +74,11 @@ pub(crate) fn intersect(
                 tiles.extend(split_film(query, runs, window).into_iter().map(tile_stats(index)));
             }
             Film::Scattered(samples) => {
-                let rect = window.rect;
-                let query = ScatteredQuery { triangles, origin, samples, accuracy, level, any, bounds };
-                tiles.push(tile_stats(index)((rect, scattered::intersect(query, runs, window))));
+                let (rect, counts) = (window.rect, !of_film.is_empty());
+                let query =
+                    ScatteredQuery { triangles, origin, samples, accuracy, level, any, bounds, counts };
+                let stats = scattered::intersect(query, runs, (window, of_film));
+                tiles.push(tile_stats(index)((rect, stats)));
             }
         }
     }

@@ -19,7 +19,6 @@ use rayon::prelude::*;
 use crate::bounds::U;
 use crate::depth::{Candidate, DepthBuffer};
 use crate::frustum::{Frustum, Interval, Projection};
-use crate::hits::NO_TRIANGLE;
 use crate::lanes::{Boxes, LANES, bits};
 use crate::pencil::Origin;
 use crate::piercings::{CLUSTER, Piercings, Plane};
@@ -28,35 +27,42 @@ use crate::recursion::intersect_objects;
 use crate::runs::Runs;
 use crate::space_setup::SpaceSetup;
 use crate::window::Window;
-use crate::{Aabb, Accuracy, Stats, Triangles};
+use crate::{Aabb, Accuracy, Hits, Stats, Triangles};
 
-/// Finds the nearest, or any, hit of scattered rays. The window is one row.
-pub(crate) fn intersect(query: ScatteredQuery<'_>, runs: &Runs, mut window: Window<'_>) -> Stats {
+/// Finds the nearest, or any, hit of scattered rays, and counts the pairs of each if it is asked. The window is one row.
+pub(crate) fn intersect(
+    query: ScatteredQuery<'_>,
+    runs: &Runs,
+    (mut window, pairs): (Window<'_>, &mut [u32]),
+) -> Stats {
     let ScatteredQuery { origin, samples, .. } = query;
     let order = along_curve(origin, samples);
     // A cluster sees one plane.
     let face = |place: &u32| Plane::of(origin, samples[*place as usize]).face();
     let clusters: Vec<&[u32]> =
         order.chunk_by(|one, other| face(one) == face(other)).flat_map(|face| face.chunks(CLUSTER)).collect();
-    let hits: Vec<(Vec<u32>, Vec<f32>, Stats)> = clusters
+    let found: Vec<(Hits, Vec<u32>, Stats)> = clusters
         .par_iter()
         .map(|places| {
             let mut cluster = Cluster::new(query, places);
             let stats = intersect_objects(&mut cluster, runs);
-            let (ids, ts) = cluster.hits();
-            (ids, ts, stats)
+            (cluster.hits(), cluster.tested, stats)
         })
         .collect();
-    let bytes = order.capacity() * size_of::<u32>() + samples.len() * (size_of::<u32>() + size_of::<f32>());
+    let of_ray = size_of::<u32>() + size_of::<f32>() + if query.counts { size_of::<u32>() } else { 0 };
+    let bytes = order.capacity() * size_of::<u32>() + samples.len() * of_ray;
     let mut stats = Stats { engine_bytes: bytes as u64, ..Stats::default() };
     let Some((all_ids, all_ts)) = window.rows.first_mut() else {
         return stats;
     };
-    for (places, (ids, ts, cluster)) in clusters.into_iter().zip(hits) {
+    for (places, (hits, tested, cluster)) in clusters.into_iter().zip(found) {
         stats = stats.plus(cluster);
-        for (&place, (id, t)) in places.iter().zip(ids.into_iter().zip(ts)) {
+        for (&place, (id, t)) in places.iter().zip(hits.ids.into_iter().zip(hits.ts)) {
             all_ids[place as usize] = id;
             all_ts[place as usize] = t;
+        }
+        for (&place, tested) in places.iter().zip(tested) {
+            pairs[place as usize] = tested;
         }
     }
     stats
@@ -111,6 +117,8 @@ pub(crate) struct ScatteredQuery<'a> {
     pub(crate) any: bool,
     /// The box of all triangles.
     pub(crate) bounds: Aabb,
+    /// Whether the pairs of each ray are counted.
+    pub(crate) counts: bool,
 }
 
 /// What stands for all rays of a cluster.
@@ -132,6 +140,8 @@ pub(crate) struct Cluster<'a> {
     bound: Option<Bound>,
     piercings: Piercings,
     pub(crate) depth: DepthBuffer,
+    /// Pairs of each ray; empty where nobody counts them.
+    tested: Vec<u32>,
 }
 
 impl<'a> Cluster<'a> {
@@ -145,7 +155,8 @@ impl<'a> Cluster<'a> {
         };
         let bound =
             bound.map(|(frustum, speed)| Bound { limits: frustum.limits(&query.bounds), frustum, speed });
-        Self { query, places, bound, piercings, depth: DepthBuffer::new(places.len()) }
+        let tested = vec![0; if query.counts { places.len() } else { 0 }];
+        Self { query, places, bound, piercings, depth: DepthBuffer::new(places.len()), tested }
     }
 
     /// The common origin.
@@ -180,9 +191,23 @@ impl<'a> Cluster<'a> {
         let Some(setup) = SpaceSetup::new(origin, &triangle) else {
             return;
         };
+        if self.query.counts {
+            self.count(&met);
+        }
         for (word, rays) in met.into_iter().enumerate() {
             for ray in bits(rays) {
                 self.test(word * 64 + ray, id, &setup, stats);
+            }
+        }
+    }
+
+    /// Counts a pair of each ray, as bits, with a triangle.
+    #[cold]
+    fn count(&mut self, met: &[u64]) {
+        for (word, &rays) in met.iter().enumerate() {
+            for ray in bits(rays) {
+                let tested = &mut self.tested[word * 64 + ray];
+                *tested = tested.saturating_add(1);
             }
         }
     }
@@ -226,11 +251,10 @@ impl<'a> Cluster<'a> {
         }
     }
 
-    /// Ids and distances in the order of the cluster.
-    fn hits(&self) -> (Vec<u32>, Vec<f32>) {
+    /// The hits in the order of the cluster.
+    fn hits(&self) -> Hits {
         let ScatteredQuery { triangles, origin, samples, level, .. } = self.query;
-        let (mut ids, mut ts) =
-            (vec![NO_TRIANGLE; self.places.len()], vec![f32::INFINITY; self.places.len()]);
+        let Hits { mut ids, mut ts } = Hits::missed(self.places.len());
         let ray = |k: usize| origin.ray(samples[self.places[k] as usize]);
         for (eight, row) in ids.chunks_mut(LANES).zip(ts.chunks_mut(LANES)).enumerate() {
             let (mut row, first) = (row, eight * LANES);
@@ -238,7 +262,7 @@ impl<'a> Cluster<'a> {
                 self.depth.write(simd, first, &mut row, origin, triangles, |k| ray(first + k))
             });
         }
-        (ids, ts)
+        Hits { ids, ts }
     }
 }
 
