@@ -5,7 +5,7 @@ use std::io::Write as _;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, json};
 use umbel::{
-    Bounces, Camera, Error, Frame, Lens, LoadOptions, Look, Scene, Stats, VisibilityBuffer, info, load,
+    Aov, Bounces, Camera, Error, Frame, Lens, LoadOptions, Look, Scene, Stats, VisibilityBuffer, info, load,
     preview_with, verify, write_png_rgb8,
 };
 
@@ -77,6 +77,9 @@ pub(crate) fn see(
     let options = common.options();
     let triangles = scene.geometry()?;
     let mut frame = if common.keep_order { Frame::keeping_order() } else { Frame::new() };
+    if files.args.aovs.iter().any(|(aov, _)| *aov == Aov::Work) {
+        frame = frame.counting_pairs();
+    }
     let mut stats = Stats::default();
     for _ in 0..common.repeat {
         let mut milliseconds = 0.0;

@@ -9,7 +9,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use umbel_core::{
-    Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Ray, Stats, TileStats, Triangles, closest_hit,
+    Film, Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Path, Ray, Stats, TileStats, Triangles, closest_hit,
 };
 
 use crate::bounce::{Followed, Surroundings, WAVE};
@@ -28,6 +28,8 @@ pub struct VisibilityBuffer {
     pub hits: Hits,
     /// What each tile has cost.
     pub tiles: Vec<TileStats>,
+    /// What each ray has cost, where its frame has counted that: [`Frame::pairs`].
+    pub pairs: Vec<u32>,
     /// Pixels of the picture.
     pub pixels: usize,
 }
@@ -52,8 +54,9 @@ pub enum Aov {
     Uv,
     /// The index of the object in file order; 0xFFFFFFFF for a miss.
     Object,
-    /// Pairs of a ray and a triangle that were evaluated, per ray of the pixel's tile of 64x64 rays; NaN on the general
-    /// path.
+    /// Pairs of a ray and a triangle whose edge functions were evaluated, per ray ([`Stats::samples_tested`]): the mean of the pixel's
+    /// tile of 64x64 rays. On the general path, and of a lens that bends straight lines, that of the pixel's own ray, where it
+    /// was counted ([`Frame::counting_pairs`]); else NaN, and the mean of all rays of the lens.
     Work,
 }
 
@@ -78,6 +81,9 @@ pub fn visibility(
     let shot = camera.shot()?;
     let triangles = scene.geometry()?;
     let mut frame = Frame::new();
+    if options.path == Path::General {
+        frame = frame.counting_pairs();
+    }
     let stats = frame.closest_hit(&triangles, &shot.pencil, options)?;
     Ok((VisibilityBuffer::new(shot, camera.pixels(), frame), stats))
 }
@@ -159,7 +165,8 @@ pub fn preview_with(
     for pass in 0..look.samples {
         let shot = camera.subpixel_shot(pass, look.samples)?;
         let (hits, _) = closest_hit(&triangles, &shot.pencil, options)?;
-        let seen = VisibilityBuffer { shot, hits, tiles: Vec::new(), pixels: buffer.pixels };
+        let (tiles, pairs) = (Vec::new(), Vec::new());
+        let seen = VisibilityBuffer { shot, hits, tiles, pairs, pixels: buffer.pixels };
         let pixels = shade(&seen)?;
         sum.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
         progress(pass + 1);
@@ -173,8 +180,8 @@ impl VisibilityBuffer {
     /// What a frame holds of a shot that makes up `pixels` pixels.
     #[must_use]
     pub fn new(shot: Shot, pixels: usize, frame: Frame) -> Self {
-        let tiles = frame.tiles().to_vec();
-        Self { shot, hits: frame.into_hits(), tiles, pixels }
+        let (tiles, pairs) = (frame.tiles().to_vec(), frame.pairs().to_vec());
+        Self { shot, hits: frame.into_hits(), tiles, pairs, pixels }
     }
 
     /// The ids of all pixels.
@@ -222,13 +229,18 @@ impl VisibilityBuffer {
 
     /// The work of each pixel.
     fn work(&self) -> Vec<f32> {
-        let mut work = vec![f32::NAN; self.hits.len()];
+        let mut work: Vec<f32> = self.pairs.iter().map(|&pairs| pairs as f32).collect();
+        let counted = !work.is_empty();
+        work.resize(self.hits.len(), f32::NAN);
         let mut rest = &mut work[..];
         for tiles in self.tiles.chunk_by(|one, other| one.film == other.film) {
             let end = |side: fn(&TileStats) -> u32| tiles.iter().map(side).max().unwrap_or(0) as usize;
             let (width, rows) = (end(|tile| tile.columns[1]), end(|tile| tile.rows[1]));
             let film;
             (film, rest) = rest.split_at_mut(width * rows);
+            if counted && matches!(self.shot.pencil.films()[tiles[0].film], Film::Scattered(_)) {
+                continue;
+            }
             for tile in tiles {
                 let ([x0, x1], value) = (tile.columns.map(|x| x as usize), tile.samples_per_ray() as f32);
                 for y in tile.rows[0] as usize..tile.rows[1] as usize {

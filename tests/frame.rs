@@ -3,7 +3,8 @@
 
 use umbel::glam::DVec3;
 use umbel::{
-    Film, Frame, GridFilm, NO_TRIANGLE, Options, Origin, Path, Pencil, Scene, Triangles, builtin, closest_hit,
+    Film, Frame, GridFilm, NO_TRIANGLE, Options, Origin, Partition, Path, Pencil, Ray, Rays, Scene,
+    Triangles, builtin, closest_hit,
 };
 
 #[path = "generators/mod.rs"]
@@ -109,4 +110,76 @@ fn tiles_tell_where_the_work_was() {
     let general = Options { path: Path::General, ..Options::default() };
     frame.closest_hit(&geometry, &pencil, &general).expect("in range");
     assert!(frame.tiles().is_empty());
+}
+
+/// All pairs of some rays.
+fn sum(pairs: &[u32]) -> u64 {
+    pairs.iter().map(|&pairs| u64::from(pairs)).sum()
+}
+
+/// A frame that counts, on some rays: the same hits as without, and as many pairs as the counters say.
+fn counted(name: &str, triangles: &Triangles<'_>, rays: Rays<'_>, options: &Options) -> Vec<u32> {
+    let (expected, plain) = closest_hit(triangles, rays, options).expect("in range");
+    let mut frame = Frame::new().counting_pairs();
+    // Used again: nothing is left of the query before.
+    for _ in 0..2 {
+        let stats = frame.closest_hit(triangles, rays, options).expect("in range");
+        assert_eq!(*frame.hits(), expected, "{name}");
+        assert_eq!(stats.samples_tested, plain.samples_tested, "{name}");
+        let pairs = frame.pairs();
+        assert!(pairs.is_empty() || sum(pairs) == stats.samples_tested, "{name}: {}", sum(pairs));
+    }
+    frame.pairs().to_vec()
+}
+
+#[test]
+fn rays_tell_what_they_cost() {
+    let scene = builtin("umbel:5000").expect("a scene");
+    let geometry = scene.geometry().expect("valid");
+    let pencil = view(&scene, 130, 100);
+    let rays: Vec<Ray> = (0..pencil.len()).map(|ray| pencil.ray(ray)).collect();
+    let directions: Vec<DVec3> = rays.iter().map(|ray| ray.direction).collect();
+    let scattered = Pencil::new(pencil.origin(), vec![Film::Scattered(directions)]).expect("in range");
+    let default = Options::default();
+    // The first row sees nothing of the scene, the middle of the picture much.
+    let plausible = |name: &str, pairs: &[u32]| {
+        assert_eq!(pairs.len(), rays.len(), "{name}");
+        let mean = |rays: &[u32]| sum(rays) as f64 / rays.len() as f64;
+        let (empty, full) = (mean(&pairs[..130]), mean(&pairs[130 * 40..130 * 60]));
+        assert!(full > 4.0 * empty && full > 2.0, "{name}: {empty} {full}");
+    };
+    for partition in Partition::ALL {
+        let options = Options { path: Path::General, partition, ..default };
+        let name = format!("{partition:?}");
+        let of_pencil = counted(&name, &geometry, (&pencil).into(), &options);
+        plausible(&name, &of_pencil);
+        assert_eq!(of_pencil, counted(&name, &geometry, rays[..].into(), &options));
+    }
+    plausible("bundles", &counted("bundles", &geometry, rays[..].into(), &default));
+    plausible("scattered", &counted("scattered", &geometry, (&scattered).into(), &default));
+    assert!(counted("grid", &geometry, (&pencil).into(), &default).is_empty());
+    assert!(counted("none", &geometry, Rays::from(&rays[..0]), &default).is_empty());
+
+    let films = [pencil.films(), scattered.films()].concat();
+    let both = Pencil::new(pencil.origin(), films).expect("in range");
+    let mut frame = Frame::new().counting_pairs();
+    frame.closest_hit(&geometry, &both, &default).expect("in range");
+    let (of_grid, of_scattered) = frame.pairs().split_at(pencil.len());
+    assert!(of_grid.iter().all(|&pairs| pairs == 0));
+    plausible("beside a grid", of_scattered);
+    let tiles = frame.tiles().iter().filter(|tile| tile.film == 1).map(|tile| tile.stats.samples_tested);
+    assert_eq!(tiles.sum::<u64>(), sum(of_scattered));
+}
+
+/// Where bundles give up, the general path counts in their place.
+#[test]
+fn rays_of_huge_scenes_tell_what_they_cost() {
+    let mut scene = builtin("cornell").expect("a scene");
+    let scale = 2_f32.powi(100);
+    scene.positions.iter_mut().flatten().for_each(|x| *x *= scale);
+    let geometry = scene.geometry().expect("valid");
+    let pencil = view(&scene, 40, 30);
+    let rays: Vec<Ray> = (0..pencil.len()).map(|ray| pencil.ray(ray)).collect();
+    let pairs = counted("huge", &geometry, rays[..].into(), &Options::default());
+    assert!(pairs.len() == rays.len() && pairs.iter().any(|&pairs| pairs > 0));
 }

@@ -198,3 +198,34 @@ fn each_lens_renders_each_scene() {
         }
     }
 }
+
+/// Where nothing is seen, less is to be done; on the general path, and of lenses that bend lines, ray by ray.
+#[test]
+fn work_is_where_the_scene_is() {
+    let place = Place::new();
+    let general =
+        ["middle", "given", "spatial", "sampled"].map(|p| format!("--path general --partition {p}"));
+    for (lens, size) in [("pinhole", (160, 90)), ("fisheye", (90, 90)), ("cube", (32, 192))] {
+        let size_of = size_option(lens, &format!("{}x{}", size.0, size.1), 32);
+        let line = format!("render builtin:umbel:5000 --camera {lens} {size_of} --report r.json");
+        place.quiet_run(&format!("{line} --aov id=plain.npy"));
+        for path in general.iter().map(String::as_str).chain(["--path pencil"]) {
+            place.quiet_run(&format!("{line} {path} --aov id=id.npy --aov work=work.npy"));
+            assert_eq!(place.bytes("id.npy"), place.bytes("plain.npy"), "{lens} {path}");
+            let (ids, work) = (place.npy("id.npy").u32(), place.npy("work.npy").f32());
+            assert_eq!(work.len(), ids.len());
+            let mean = |hit: bool| {
+                let of_pixels = || {
+                    ids.iter().zip(&work).filter(|(id, work)| (**id != NO_TRIANGLE) == hit && !work.is_nan())
+                };
+                of_pixels().map(|(_, work)| f64::from(*work)).sum::<f64>() / of_pixels().count() as f64
+            };
+            assert!(mean(true) > 1.2 * mean(false), "{lens} {path}: {} {}", mean(true), mean(false));
+            let sum: f64 = work.iter().filter(|work| !work.is_nan()).map(|work| f64::from(*work)).sum();
+            let tested = place.json("r.json")["stats"]["samples_tested"].as_f64().expect("a count");
+            // Means of tiles are rounded.
+            let allowed = if path == "--path pencil" && lens != "fisheye" { 1e-6 * tested } else { 0.0 };
+            assert!((sum - tested).abs() <= allowed, "{lens} {path}: {sum} of {tested}");
+        }
+    }
+}
