@@ -154,6 +154,7 @@ mod uv_check;
 mod verify;
 mod vertex_receivers;
 mod visible;
+mod work;
 
 pub use error::Error;
 

@@ -9,7 +9,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use umbel_core::{
-    Film, Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Path, Ray, Stats, TileStats, Triangles, closest_hit,
+    Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Path, Ray, Stats, TileStats, Triangles, closest_hit,
 };
 
 use crate::bounce::{Followed, Surroundings, WAVE};
@@ -17,6 +17,7 @@ use crate::camera::{Camera, Shot};
 use crate::lamps::Lamps;
 use crate::shade::{Shader, background_of};
 use crate::spawn::Bounces;
+use crate::work::work_of;
 use crate::{Error, Scene};
 
 /// (id, t) of each ray of a camera, with the rays.
@@ -211,7 +212,10 @@ impl VisibilityBuffer {
                 self.derived([f32::NAN; 3], |_, hit| triangles.normal(hit.id).to_array().map(|x| x as f32))
             }
             Aov::Position => self.derived([f32::NAN; 3], |ray, hit| position(&triangles, ray, hit)),
-            Aov::Work => AovData::F32(1, self.work()),
+            Aov::Work => {
+                let work = work_of(&self.shot.pencil, &self.tiles, &self.pairs);
+                AovData::F32(1, self.spread(&work, &[f32::NAN]))
+            }
             Aov::Uv => self.derived([f32::NAN; 2], |ray, hit| {
                 let weights = triangles.barycentrics(hit.id, ray);
                 scene.uv_corners(hit.id).map_or([f32::NAN; 2], |uvs| {
@@ -225,30 +229,6 @@ impl VisibilityBuffer {
                 [b as f32, c as f32]
             }),
         })
-    }
-
-    /// The work of each pixel.
-    fn work(&self) -> Vec<f32> {
-        let mut work: Vec<f32> = self.pairs.iter().map(|&pairs| pairs as f32).collect();
-        let counted = !work.is_empty();
-        work.resize(self.hits.len(), f32::NAN);
-        let mut rest = &mut work[..];
-        for tiles in self.tiles.chunk_by(|one, other| one.film == other.film) {
-            let end = |side: fn(&TileStats) -> u32| tiles.iter().map(side).max().unwrap_or(0) as usize;
-            let (width, rows) = (end(|tile| tile.columns[1]), end(|tile| tile.rows[1]));
-            let film;
-            (film, rest) = rest.split_at_mut(width * rows);
-            if counted && matches!(self.shot.pencil.films()[tiles[0].film], Film::Scattered(_)) {
-                continue;
-            }
-            for tile in tiles {
-                let ([x0, x1], value) = (tile.columns.map(|x| x as usize), tile.samples_per_ray() as f32);
-                for y in tile.rows[0] as usize..tile.rows[1] as usize {
-                    film[y * width + x0..y * width + x1].fill(value);
-                }
-            }
-        }
-        self.spread(&work, &[f32::NAN])
     }
 
     /// The object of each pixel.

@@ -19,6 +19,7 @@ use crate::primary::{Aov, AovData, spread};
 use crate::scene::CLAY;
 use crate::shade::{Appearance, background_of};
 use crate::shadow::receivers_of;
+use crate::work::work_of;
 use crate::{Error, Receivers, SurfaceScene};
 
 /// What each ray of a camera hits of surfaces on demand, with the rays.
@@ -105,7 +106,7 @@ pub fn surface_preview(
 }
 
 impl SurfaceBuffer {
-    /// Derives one quantity: id (of the surface), depth, distance, normal (of the micropolygon), position, or uv (of the patch).
+    /// Derives one quantity: id (of the surface), depth, distance, normal (of the micropolygon), position, uv (of the patch), or work.
     /// O(pixels).
     ///
     /// # Errors
@@ -123,9 +124,13 @@ impl SurfaceBuffer {
                 rounded(ray.origin + ray.direction * f64::from(self.hits.ts()[k]))
             }),
             Aov::Uv => self.derived([f32::NAN; 2], |k| self.hits.uvs()[k]),
-            Aov::Bary | Aov::Object | Aov::Work => {
+            Aov::Work => {
+                let work = work_of(&self.shot.pencil, self.hits.tiles(), self.hits.pairs());
+                AovData::F32(1, spread(&self.shot, self.pixels, &work, &[f32::NAN]))
+            }
+            Aov::Bary | Aov::Object => {
                 return Err(Error::Usage(
-                    "bary, object and work are of triangles; surfaces on demand have id, depth, distance, normal, position and uv".into(),
+                    "bary and object are of triangles; surfaces on demand have id, depth, distance, normal, position, uv and work".into(),
                 ));
             }
         })

@@ -100,10 +100,10 @@ fn parse_relief(text: &str) -> Result<ReliefArg, String> {
 impl ReyesArgs {
     /// Refuses what cannot be meant.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let of_triangles = |aov: &Aov| matches!(aov, Aov::Bary | Aov::Object | Aov::Work);
+        let of_triangles = |aov: &Aov| matches!(aov, Aov::Bary | Aov::Object);
         if self.picture.aovs.iter().any(|(aov, _)| of_triangles(aov)) {
             return Err(Error::Usage(
-                "bary, object and work are of triangles; reyes has id, depth, distance, normal, position and uv".into(),
+                "bary and object are of triangles; reyes has id, depth, distance, normal, position, uv and work".into(),
             ));
         }
         if self.camera.lens.bends_lines() {

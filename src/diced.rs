@@ -15,7 +15,7 @@ use crate::micropolygon::Micropolygon;
 use crate::query::{check_call, in_pool};
 use crate::sights::Seen;
 use crate::surface_hits::{SurfaceHits, SurfaceRow};
-use crate::{Error, Hits, OnDemand, Options, Pencil, Stats, Triangles, closest_hit};
+use crate::{Error, Frame, Hits, OnDemand, Options, Pencil, Stats, Triangles};
 
 /// Pieces that are diced side by side, if there are as many.
 const PIECES: usize = 256;
@@ -208,13 +208,15 @@ pub(crate) fn see_all<S: OnDemand>(
 ) -> Result<(SurfaceHits, Stats), Error> {
     let diced = dice_all(surfaces, pencil, dicing)?;
     let triangles = Triangles::new(&diced.positions, &diced.indices)?;
-    let (hits, stats) = closest_hit(&triangles, pencil, options)?;
+    let mut frame = Frame::new().counting_pairs();
+    let stats = frame.closest_hit(&triangles, pencil, options)?;
     let mut seen = SurfaceHits::with_room(pencil.len(), dicing.keep_corners);
     let level = check_call(pencil.len(), options)?;
     let mut row = seen.row();
     for first in (0..pencil.len()).step_by(LANES) {
-        dispatch!(level, simd => see_eight(simd, (&diced, &hits), pencil, first, &mut row));
+        dispatch!(level, simd => see_eight(simd, (&diced, frame.hits()), pencil, first, &mut row));
     }
+    seen.pairs = frame.pairs;
     Ok((seen, stats))
 }
 

@@ -94,7 +94,7 @@ pub(crate) fn intersect(
 }
 
 /// The counters of a rectangle of a film.
-fn tile_stats(film: usize) -> impl Fn((Rect, Stats)) -> TileStats {
+pub(crate) fn tile_stats(film: usize) -> impl Fn((Rect, Stats)) -> TileStats {
     move |(Rect { x0, y0, x1, y1 }, stats)| TileStats { film, columns: [x0, x1], rows: [y0, y1], stats }
 }
 

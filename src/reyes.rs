@@ -35,9 +35,10 @@ use crate::hierarchical_z::TILE_SIDE;
 use crate::pencil::Origin;
 use crate::placed_grid::PlacedGrid;
 use crate::query::{check_call, in_pool};
+use crate::recursion::tile_stats;
 use crate::surface_hits::{SurfaceHits, SurfaceWindow};
 use crate::window::Rect;
-use crate::{Aabb, Error, GridFilm, OnDemand, Options, Path, Pencil, Stats, diced, reyes_tile};
+use crate::{Aabb, Error, GridFilm, OnDemand, Options, Path, Pencil, Stats, TileStats, diced, reyes_tile};
 
 /// The most objects that a film hands its halves, but for the parts of one group.
 const WIDE: usize = 1024;
@@ -78,6 +79,8 @@ pub(crate) struct Workspace<'a, S: OnDemand> {
     pub(crate) stack: Vec<Item<S::Object>>,
     /// The most micropolygons of a grid.
     pub(crate) largest_grid: u64,
+    /// What the tiles have cost that were worked on here.
+    tiles: Vec<TileStats>,
 }
 
 impl<S: OnDemand> Workspace<'_, S> {
@@ -87,6 +90,7 @@ impl<S: OnDemand> Workspace<'_, S> {
             + self.grid.bytes()
             + self.opened.capacity() * size_of::<Piece<S::Object>>()
             + self.stack.capacity() * size_of::<Item<S::Object>>()
+            + self.tiles.capacity() * size_of::<TileStats>()
     }
 }
 
@@ -106,6 +110,8 @@ pub(crate) struct FilmQuery<'q, 'a, S: OnDemand> {
     pub(crate) surfaces: &'a S,
     pub(crate) origin: Origin,
     pub(crate) film: &'q GridFilm,
+    /// The number of the film.
+    index: usize,
     pub(crate) projection: Projection,
     pub(crate) level: Level,
     density: &'a Density,
@@ -131,22 +137,25 @@ fn see<S: OnDemand>(
     let windows = SurfaceWindow::over(&mut hits, grids().map(|film| [film.width(), film.height()]));
     let idle = Mutex::new(Vec::new());
     let mut stats = Stats::default();
-    for (film, mut window) in grids().zip(windows) {
+    for (index, (film, mut window)) in grids().zip(windows).enumerate() {
         let origin = pencil.origin();
         let Some(projection) = Projection::new(origin, film.span()) else {
             window.miss();
             continue;
         };
-        let query = FilmQuery { surfaces, origin, film, projection, level, density, dicing, idle: &idle };
+        let query =
+            FilmQuery { surfaces, origin, film, index, projection, level, density, dicing, idle: &idle };
         let detail = density.detail.of_micropolygons(dicing);
         let roots: Vec<Item<S::Object>> =
             surfaces.roots().into_iter().map(|root| Item::new(Piece::of(root), surfaces, &detail)).collect();
         stats = stats.then(query.halve(&roots, window)?);
     }
-    let idle = idle.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let mut idle = idle.into_inner().unwrap_or_else(PoisonError::into_inner);
     let threads: usize = idle.iter().map(|work| work.bytes()).sum();
     stats.engine_bytes = stats.engine_bytes * rayon::current_num_threads() as u64 + threads as u64;
     stats.micropolygons_in_flight = idle.iter().map(|work| work.largest_grid).sum();
+    hits.tiles = idle.iter_mut().flat_map(|work| work.tiles.drain(..)).collect();
+    hits.tiles.sort_unstable_by_key(|tile| (tile.film, tile.rows, tile.columns));
     Ok((hits, stats))
 }
 
@@ -162,6 +171,7 @@ impl<'a, S: OnDemand> FilmQuery<'_, 'a, S> {
                 opened: Vec::new(),
                 stack: Vec::new(),
                 largest_grid: 0,
+                tiles: Vec::new(),
             })
         });
         let result = work(&mut workspace);
@@ -192,7 +202,9 @@ impl<'a, S: OnDemand> FilmQuery<'_, 'a, S> {
                     frustum,
                     pixels: self.pixels([rect.x0, rect.y0]),
                 };
-                reyes_tile::see(self, &tile, work, (met, window), stats)
+                let stats = reyes_tile::see(self, &tile, work, (met, window), stats)?;
+                work.tiles.push(tile_stats(self.index)((rect, stats)));
+                Ok(stats)
             });
         }
         let pixels = rect.width() as usize * rect.height() as usize;

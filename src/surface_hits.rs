@@ -1,18 +1,29 @@
 //! What rays see of surfaces on demand: ids, distances, parameters and normals, and rectangles of them to be written.
 
+use crate::TileStats;
 use crate::hits::NO_TRIANGLE;
 use crate::lanes::{LANES, bits};
 use crate::sights::{Seen, Sights};
 use crate::window::Rect;
 
 /// The nearest surfaces of a set of rays, in the order of the rays.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct SurfaceHits {
     pub(crate) ids: Vec<u32>,
     pub(crate) ts: Vec<f32>,
     pub(crate) uvs: Vec<[f32; 2]>,
     pub(crate) normals: Vec<[f32; 3]>,
     pub(crate) corners: Vec<[[f32; 3]; 3]>,
+    pub(crate) tiles: Vec<TileStats>,
+    pub(crate) pairs: Vec<u32>,
+}
+
+impl PartialEq for SurfaceHits {
+    /// The same hits, whatever they have cost.
+    fn eq(&self, other: &Self) -> bool {
+        (&self.ids, &self.ts, &self.uvs, &self.normals, &self.corners)
+            == (&other.ids, &other.ts, &other.uvs, &other.normals, &other.corners)
+    }
 }
 
 impl SurfaceHits {
@@ -24,6 +35,7 @@ impl SurfaceHits {
             uvs: vec![[0.0; 2]; rays],
             normals: vec![[0.0; 3]; rays],
             corners: vec![[[0.0; 3]; 3]; if corners { rays } else { 0 }],
+            ..Self::default()
         }
     }
 
@@ -70,9 +82,21 @@ impl SurfaceHits {
         &self.corners
     }
 
+    /// What each tile of the films has cost, those that share objects aside; empty on the general path.
+    #[must_use]
+    pub fn tiles(&self) -> &[TileStats] {
+        &self.tiles
+    }
+
+    /// What each ray has cost on the general path, as [`Frame::pairs`](crate::Frame::pairs) tells it; else empty.
+    #[must_use]
+    pub fn pairs(&self) -> &[u32] {
+        &self.pairs
+    }
+
     /// All hits as one row.
     pub(crate) fn row(&mut self) -> SurfaceRow<'_> {
-        let Self { ids, ts, uvs, normals, corners } = self;
+        let Self { ids, ts, uvs, normals, corners, .. } = self;
         SurfaceRow { ids, ts, uvs, normals, corners }
     }
 }

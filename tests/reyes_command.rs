@@ -222,3 +222,22 @@ fn creases_of_an_obj() {
         refused(&place.run("reyes bad.obj --subdivide"), 3, &["bad.obj:19", named], tag);
     }
 }
+
+/// The pairs of each ray are those of the counters, by either path, and more where there is a surface.
+#[test]
+fn work_is_where_the_surface_is() {
+    let place = place();
+    for path in ["pencil", "general"] {
+        let line = "reyes builtin:teapot --size 320x240 --aov id=id.npy --aov work=work.npy --report r.json";
+        place.quiet_run(&format!("{line} --path {path}"));
+        let (ids, work) = (place.npy("id.npy").u32(), place.npy("work.npy").f32());
+        let mean = |hit: bool| {
+            let of_pixels = || ids.iter().zip(&work).filter(|(id, _)| (**id != u32::MAX) == hit);
+            of_pixels().map(|(_, work)| f64::from(*work)).sum::<f64>() / of_pixels().count() as f64
+        };
+        assert!(mean(true) > 1.5 * mean(false), "{path}: {} {}", mean(true), mean(false));
+        let sum: f64 = work.iter().map(|work| f64::from(*work)).sum();
+        let tested = place.json("r.json")["stats"]["samples_tested"].as_f64().expect("a count");
+        assert!((sum - tested).abs() <= 1e-6 * tested, "{path}: {sum} of {tested}");
+    }
+}
