@@ -21,7 +21,7 @@ use umbel_core::Detail;
 
 use crate::extent::Extent;
 use crate::noise_lanes::{
-    Cell, UNIT, common, corner_sums, ends, first_sum, lerp, share, sides, values as lattice_lanes,
+    Cell, UNIT, common, corner_sums, ends, lattice_value, lattice_values, lerp, share, sides,
     weight as weight_lanes,
 };
 use crate::point_lanes::{Lanes, PointLanes};
@@ -131,11 +131,11 @@ impl Noise {
         } else {
             let [x, y, z] =
                 [sides(cell[0], FACTORS[0]), sides(cell[1], FACTORS[1]), sides(cell[2], FACTORS[2])];
-            let key = first_sum(self.key(octave));
+            let key = self.key(octave);
             let z = [z[0] + key, z[1] + key];
             let yz = [y[0] + z[0], y[1] + z[0], y[0] + z[1], y[1] + z[1]];
             for (k, values) in values.iter_mut().enumerate() {
-                *values = lattice_lanes(x[k & 1] + yz[k >> 1]);
+                *values = lattice_values(x[k & 1] + yz[k >> 1]);
             }
         }
         (blend_lanes(values, w) * UNIT, place.is_some())
@@ -149,8 +149,8 @@ impl Noise {
             .wrapping_mul(FACTORS[0])
             .wrapping_add((y as i64 as u64).wrapping_mul(FACTORS[1]))
             .wrapping_add((z as i64 as u64).wrapping_mul(FACTORS[2]));
-        let first = place.wrapping_add(first_sum(self.key(octave)));
-        *lattice_lanes(u64x8::load_array(simd, CORNER_SUMS) + first).as_array()
+        let first = place.wrapping_add(self.key(octave));
+        *lattice_values(u64x8::load_array(simd, CORNER_SUMS) + first).as_array()
     }
 
     /// The noise at a point, in [0, 1].
@@ -225,7 +225,7 @@ impl Noise {
             .wrapping_add(y.wrapping_mul(FACTORS[1]))
             .wrapping_add(z.wrapping_mul(FACTORS[2]));
         let first = self.key(octave).wrapping_add(sum);
-        CORNER_SUMS.map(|corner| (mix(first.wrapping_add(corner)) >> 11) as f64)
+        CORNER_SUMS.map(|corner| lattice_value(first.wrapping_add(corner)))
     }
 
     /// The range of one octave over a box.

@@ -9,7 +9,7 @@ use fearless_simd::prelude::*;
 
 use crate::noise::{ROUNDING, weight};
 use crate::noise_lanes::{
-    Cell, UNIT, common, corner_sums, first_sum, lerp, sides, values as lattice_lanes, weight as weight_lanes,
+    Cell, UNIT, common, corner_sums, lattice_value, lattice_values, lerp, sides, weight as weight_lanes,
 };
 use crate::point_lanes::Lanes;
 use crate::sample_sets::mix;
@@ -76,7 +76,7 @@ impl PlaneNoise {
         let [x, z] = [x, z].map(|x| x as i64 as u64);
         let sum = x.wrapping_mul(FACTORS[0]).wrapping_add(z.wrapping_mul(FACTORS[1]));
         let first = self.key(octave).wrapping_add(sum);
-        [0, 1, 2, 3].map(|corner: usize| (mix(first.wrapping_add(CORNER_SUMS[corner])) >> 11) as f64)
+        [0, 1, 2, 3].map(|corner: usize| lattice_value(first.wrapping_add(CORNER_SUMS[corner])))
     }
 
     /// The range of one octave over a rectangle.
@@ -148,10 +148,10 @@ impl<const OCTAVES: usize> Cursor<OCTAVES> {
             }
         } else {
             let [x, z] = [sides(cell[0], FACTORS[0]), sides(cell[1], FACTORS[1])];
-            let key = first_sum(self.noise.key(octave));
+            let key = self.noise.key(octave);
             let z = [z[0] + key, z[1] + key];
             for (k, values) in values.iter_mut().enumerate() {
-                *values = lattice_lanes(x[k & 1] + z[k >> 1]);
+                *values = lattice_values(x[k & 1] + z[k >> 1]);
             }
         }
         lerp(lerp(values[0], values[1], w[0]), lerp(values[2], values[3], w[0]), w[1]) * UNIT

@@ -94,11 +94,11 @@ pub fn surface_view(rule: &str) -> Option<BuiltinView> {
     };
     match rule {
         "teapot" => Some(view([4.2, 4.4, 7.2], [0.2, 1.3, 0.0], 36.0)),
-        "terrain" => Some(view([-1900.0, 1050.0, 2300.0], [300.0, 420.0, -800.0], 45.0)),
+        "terrain" => Some(view([0.0, 1000.0, 3200.0], [0.0, 420.0, -300.0], 45.0)),
         "field" => {
             let ground = |x: f64, z: f64| Field.ground(x, z);
-            let (x, z) = (-120.0, 96.0);
-            Some(view([x, ground(x, z) + 1.7, z], [x + 30.0, ground(x, z) - 0.2, z - 40.0], 50.0))
+            let (x, z) = (400.0, 300.0);
+            Some(view([x, ground(x, z) + 1.7, z], [x - 30.0, ground(x, z) - 0.2, z - 40.0], 50.0))
         }
         _ => builtin_view(rule),
     }
