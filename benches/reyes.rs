@@ -47,9 +47,9 @@ impl<S> Variant for OnTheWay<'_, S> {
 
 impl<S: OnDemand> Engine<Picture> for OnTheWay<'_, S> {
     fn run(&mut self, picture: &Picture, answer: &mut Hits) -> Result<Times> {
-        let see = || closest_hit_on_demand(self.surfaces, &picture.pencil, &self.dicing, &Options::default());
-        let (trace, seen) = timed(see);
-        (self.seen, _) = seen?;
+        let see = || self.seen.find(self.surfaces, &picture.pencil, &self.dicing, &Options::default());
+        let (trace, found) = timed(see);
+        found?;
         answer.ids.copy_from_slice(self.seen.ids());
         answer.ts.copy_from_slice(self.seen.ts());
         Ok(Times { build: 0.0, trace })

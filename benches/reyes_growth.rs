@@ -7,7 +7,7 @@ use std::path::Path;
 
 use plotters::prelude::*;
 use serde_json::json;
-use umbel::{Dicing, Frame, Options, Stats, Triangles, closest_hit_on_demand, dice_all};
+use umbel::{Dicing, Frame, Options, Stats, SurfaceHits, Triangles, dice_all};
 
 use crate::Result;
 use crate::cli::ReyesGrowthArgs;
@@ -59,11 +59,11 @@ fn memory(args: &ReyesGrowthArgs) -> Result<Vec<Curve>> {
     println!("\n{:>14}{:>14}{:>10}{:>12}", "shading rate", "micropolygons", "MB", "ms");
     let mut points = Vec::new();
     // A rate is halved per step: four times the micropolygons.
-    let mut shading_rate = 2.0;
+    let (mut shading_rate, mut hits) = (2.0, SurfaceHits::default());
     loop {
         let dicing = Dicing { shading_rate, ..Dicing::default() };
-        let (ms, found) = timed(|| closest_hit_on_demand(&sheets, &pencil, &dicing, &Options::default()));
-        let (_, Stats { micropolygons, engine_bytes, .. }) = found?;
+        let (ms, found) = timed(|| hits.find(&sheets, &pencil, &dicing, &Options::default()));
+        let Stats { micropolygons, engine_bytes, .. } = found?;
         let megabytes = engine_bytes as f64 / 1e6;
         println!("{shading_rate:>14}{micropolygons:>14}{megabytes:>10.3}{ms:>12.1}");
         points.push((micropolygons as f64, megabytes));
@@ -88,13 +88,12 @@ fn times(args: &ReyesGrowthArgs) -> Result<Vec<Curve>> {
         let sheets = Sheets::new(count, args.size);
         let pencil = sheets.pencil(args.size)?;
         let triangles = if count <= MOST_DICED { Some(dice_all(&sheets, &pencil, &dicing)?) } else { None };
-        let mut frame = Frame::new();
+        let (mut frame, mut hits) = (Frame::new(), SurfaceHits::default());
         let (mut ms, mut micropolygons) = ([Vec::new(), Vec::new()], 0);
         for _ in 0..=args.repeat {
-            let (time, found) =
-                timed(|| closest_hit_on_demand(&sheets, &pencil, &dicing, &Options::default()));
+            let (time, found) = timed(|| hits.find(&sheets, &pencil, &dicing, &Options::default()));
             ms[0].push(time);
-            micropolygons = found?.1.micropolygons;
+            micropolygons = found?.micropolygons;
             if let Some(made) = &triangles {
                 let made = Triangles::new(made.positions(), made.indices())?;
                 let (time, found) = timed(|| frame.closest_hit(&made, &pencil, &Options::default()));

@@ -6,8 +6,7 @@
 
 use rayon::prelude::*;
 use umbel_core::{
-    Dicing, NO_TRIANGLE, Options, Origin, Stats, SurfaceHits, TriangleId, Triangles, closest_hit_on_demand,
-    shadowed_on_demand,
+    Dicing, NO_TRIANGLE, Options, Origin, Stats, SurfaceHits, TriangleId, Triangles, shadowed_on_demand,
 };
 
 use crate::camera::{Camera, Shot};
@@ -68,8 +67,9 @@ pub fn surface_visibility(
     dicing: &Dicing,
     options: &Options,
 ) -> Result<(SurfaceBuffer, Stats), Error> {
-    let (hits, stats) = closest_hit_on_demand(&scene.surfaces, &shot.pencil, dicing, options)?;
-    Ok((SurfaceBuffer { shot, hits, pixels }, stats))
+    let mut buffer = SurfaceBuffer { shot, hits: SurfaceHits::default(), pixels };
+    let stats = buffer.see(scene, dicing, options)?;
+    Ok((buffer, stats))
 }
 
 /// The linear preview, (r, g, b) per pixel: the mean of all passes. Where there is one, it is what `buffer` sees.
@@ -93,9 +93,11 @@ pub fn surface_preview(
     }
     let samples = look.samples.max(1);
     let mut sum = vec![0.0; buffer.pixels * 3];
+    let (shot, hits) = (look.shot(camera, 0)?, SurfaceHits::default());
+    let mut seen = SurfaceBuffer { shot, hits, pixels: buffer.pixels };
     for pass in 0..samples {
-        let shot = look.shot(camera, pass)?;
-        let (seen, _) = surface_visibility(scene, shot, buffer.pixels, dicing, options)?;
+        seen.shot = look.shot(camera, pass)?;
+        seen.see(scene, dicing, options)?;
         let pixels = shade(&seen)?;
         sum.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
         progress(pass + 1);
@@ -106,6 +108,14 @@ pub fn surface_preview(
 }
 
 impl SurfaceBuffer {
+    /// Finds what the rays of the shot hit, in the memory of the last hits.
+    ///
+    /// # Errors
+    /// As [`surface_visibility`].
+    pub fn see(&mut self, scene: &SurfaceScene, dicing: &Dicing, options: &Options) -> Result<Stats, Error> {
+        Ok(self.hits.find(&scene.surfaces, &self.shot.pencil, dicing, options)?)
+    }
+
     /// Derives one quantity: id (of the surface), depth, distance, normal (of the micropolygon), position, uv (of the patch), or work.
     /// O(pixels).
     ///

@@ -205,19 +205,19 @@ pub(crate) fn see_all<S: OnDemand>(
     pencil: &Pencil,
     dicing: &Dicing,
     options: &Options,
-) -> Result<(SurfaceHits, Stats), Error> {
+    seen: &mut SurfaceHits,
+) -> Result<Stats, Error> {
     let diced = dice_all(surfaces, pencil, dicing)?;
     let triangles = Triangles::new(&diced.positions, &diced.indices)?;
     let mut frame = Frame::new().counting_pairs();
     let stats = frame.closest_hit(&triangles, pencil, options)?;
-    let mut seen = SurfaceHits::with_room(pencil.len(), dicing.keep_corners);
     let level = check_call(pencil.len(), options)?;
     let mut row = seen.row();
     for first in (0..pencil.len()).step_by(LANES) {
         dispatch!(level, simd => see_eight(simd, (&diced, frame.hits()), pencil, first, &mut row));
     }
     seen.pairs = frame.pairs;
-    Ok((seen, stats))
+    Ok(stats)
 }
 
 /// Writes what eight rays from one on see, or as many as there are.

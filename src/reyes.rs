@@ -61,12 +61,32 @@ pub fn closest_hit_on_demand<S: OnDemand>(
     dicing: &Dicing,
     options: &Options,
 ) -> Result<(SurfaceHits, Stats), Error> {
-    let level = check_call(pencil.len(), options)?;
-    dicing.check()?;
-    let density = Density::new(pencil, level)?;
-    match options.path {
-        Path::Pencil => in_pool(|| see(surfaces, pencil, (&density, dicing), level))?,
-        Path::General => diced::see_all(surfaces, pencil, dicing, options),
+    let mut hits = SurfaceHits::default();
+    let stats = hits.find(surfaces, pencil, dicing, options)?;
+    Ok((hits, stats))
+}
+
+impl SurfaceHits {
+    /// Finds the nearest surface along each ray, as [`closest_hit_on_demand`] does, in the memory of these hits: for as many rays as
+    /// before none is asked of the system, which takes longer than a frame of few micropolygons.
+    ///
+    /// # Errors
+    /// As of [`closest_hit_on_demand`]; then these hits are those of no rays in particular.
+    pub fn find<S: OnDemand>(
+        &mut self,
+        surfaces: &S,
+        pencil: &Pencil,
+        dicing: &Dicing,
+        options: &Options,
+    ) -> Result<Stats, Error> {
+        let level = check_call(pencil.len(), options)?;
+        dicing.check()?;
+        let density = Density::new(pencil, level)?;
+        self.make_room(pencil.len(), dicing.keep_corners);
+        match options.path {
+            Path::Pencil => in_pool(|| see(surfaces, pencil, (&density, dicing), level, self))?,
+            Path::General => diced::see_all(surfaces, pencil, dicing, options, self),
+        }
     }
 }
 
@@ -126,15 +146,15 @@ fn see<S: OnDemand>(
     pencil: &Pencil,
     (density, dicing): (&Density, &Dicing),
     level: Level,
-) -> Result<(SurfaceHits, Stats), Error> {
-    let mut hits = SurfaceHits::with_room(pencil.len(), dicing.keep_corners);
+    hits: &mut SurfaceHits,
+) -> Result<Stats, Error> {
     let grids = || {
         pencil.films().iter().filter_map(|film| match film {
             Film::Grid(film) => Some(film),
             Film::Scattered(_) => None,
         })
     };
-    let windows = SurfaceWindow::over(&mut hits, grids().map(|film| [film.width(), film.height()]));
+    let windows = SurfaceWindow::over(hits, grids().map(|film| [film.width(), film.height()]));
     let idle = Mutex::new(Vec::new());
     let mut stats = Stats::default();
     for (index, (film, mut window)) in grids().zip(windows).enumerate() {
@@ -156,7 +176,7 @@ fn see<S: OnDemand>(
     stats.micropolygons_in_flight = idle.iter().map(|work| work.largest_grid).sum();
     hits.tiles = idle.iter_mut().flat_map(|work| work.tiles.drain(..)).collect();
     hits.tiles.sort_unstable_by_key(|tile| (tile.film, tile.rows, tile.columns));
-    Ok((hits, stats))
+    Ok(stats)
 }
 
 impl<'a, S: OnDemand> FilmQuery<'_, 'a, S> {

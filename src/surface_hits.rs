@@ -27,16 +27,21 @@ impl PartialEq for SurfaceHits {
 }
 
 impl SurfaceHits {
-    /// Room for some rays that are all going to be written. New memory is made of zeros that nobody has touched yet.
-    pub(crate) fn with_room(rays: usize, corners: bool) -> Self {
-        Self {
-            ids: vec![0; rays],
-            ts: vec![0.0; rays],
-            uvs: vec![[0.0; 2]; rays],
-            normals: vec![[0.0; 3]; rays],
-            corners: vec![[[0.0; 3]; 3]; if corners { rays } else { 0 }],
-            ..Self::default()
+    /// Makes room for some rays that are all going to be written. New memory is made of zeros that nobody has touched yet.
+    pub(crate) fn make_room(&mut self, rays: usize, corners: bool) {
+        let kept = if corners { rays } else { 0 };
+        if (self.ids.len(), self.corners.len()) != (rays, kept) {
+            *self = Self {
+                ids: vec![0; rays],
+                ts: vec![0.0; rays],
+                uvs: vec![[0.0; 2]; rays],
+                normals: vec![[0.0; 3]; rays],
+                corners: vec![[[0.0; 3]; 3]; kept],
+                ..Self::default()
+            };
         }
+        self.tiles.clear();
+        self.pairs.clear();
     }
 
     /// The number of rays.
@@ -141,6 +146,9 @@ impl SurfaceRow<'_> {
             let ray = first + lane;
             (self.ids[ray], self.ts[ray]) = (NO_TRIANGLE, f32::INFINITY);
             (self.uvs[ray], self.normals[ray]) = ([f32::NAN; 2], [f32::NAN; 3]);
+            if let Some(corners) = self.corners.get_mut(ray) {
+                *corners = [[0.0; 3]; 3];
+            }
         }
     }
 
