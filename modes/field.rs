@@ -37,9 +37,10 @@ const NOISE: PlaneNoise = PlaneNoise { seed: 0xf1e1d, frequency: 1.0 / 256.0 };
 const SEED: u64 = 0x06ab_1ade;
 
 /// Blades and umbels reach no farther than this from their roots, to any side and upwards, in metres: the sums of what they are made
-/// of below.
+/// of below. Blades alone stay lower.
 const BESIDE: f64 = 0.6;
 const ABOVE: f64 = 1.5;
+const BLADES_ABOVE: f64 = 0.81;
 
 /// Ids of umbels and of the ground begin here; below are blades.
 const UMBEL_IDS: u32 = 1 << 28;
@@ -126,6 +127,26 @@ fn hills(mut octave: impl FnMut(u32) -> [f64; 2]) -> [f64; 2] {
 /// The heights of the ground over a rectangle.
 fn ground_range(rectangle: &Rectangle) -> [f64; 2] {
     hills(|octave| NOISE.range(octave, rectangle))
+}
+
+/// Whether a square is drawn by blades of its own where rays are so far apart, not by its quarters.
+fn is_drawn(level: u32, spacing: f64) -> bool {
+    level == 0 || CELL * f64::from(1_u32 << level) * 0.5 <= spacing
+}
+
+/// A box around all that stands in a square.
+fn square_extent(level: u32, place: [u32; 2], detail: &Detail) -> Extent {
+    let ground = square(level, place);
+    let [least, greatest] = ground_range(&ground);
+    let mut all = Extent {
+        lo: DVec3::new(ground.x[0] - BESIDE, least - 0.1, ground.z[0] - BESIDE),
+        hi: DVec3::new(ground.x[1] + BESIDE, greatest + ABOVE, ground.z[1] + BESIDE),
+    };
+    // In a smaller box rays are as far apart or farther, so it is drawn all the same.
+    if is_drawn(level, detail.spacing([all.lo, all.hi])[0]) && !has_umbel(level, place) {
+        all.hi.y = greatest + BLADES_ABOVE;
+    }
+    all
 }
 
 /// The square of a level.
@@ -253,16 +274,9 @@ impl OnDemand for Field {
         ground.chain([FieldObject::Cells { level: LEVELS, place: [0, 0] }]).collect()
     }
 
-    fn bounds(&self, object: &FieldObject, domain: Domain, _detail: &Detail) -> Aabb {
+    fn bounds(&self, object: &FieldObject, domain: Domain, detail: &Detail) -> Aabb {
         let extent = match *object {
-            FieldObject::Cells { level, place } => {
-                let ground = square(level, place);
-                let [least, greatest] = ground_range(&ground);
-                Extent {
-                    lo: DVec3::new(ground.x[0] - BESIDE, least - 0.1, ground.z[0] - BESIDE),
-                    hi: DVec3::new(ground.x[1] + BESIDE, greatest + ABOVE, ground.z[1] + BESIDE),
-                }
-            }
+            FieldObject::Cells { level, place } => square_extent(level, place, detail),
             FieldObject::Blade { level, place, index, ground } => {
                 blade(level, place, index, ground).extent(domain)
             }
@@ -291,8 +305,7 @@ impl OnDemand for Field {
         let FieldObject::Cells { level, place } = *object else {
             return false;
         };
-        let part = CELL * f64::from(1_u32 << level) * 0.5;
-        if level > 0 && part > spacing {
+        if !is_drawn(level, spacing) {
             let [column, row] = place.map(|k| 2 * k);
             let quarters = [[0, 0], [1, 0], [0, 1], [1, 1]];
             parts.extend(

@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 use umbel::glam::DVec3;
 use umbel::{
-    Creases, Detail, Dicing, DisplacedMesh, Displacement, Domain, Field, Film, GridFilm, HeightMap, Isa,
-    Noise, OnDemand, Origin, Pencil, Relief, SubdivisionSurface, Terrain,
+    Aabb, Creases, Detail, Dicing, DisplacedMesh, Displacement, Domain, Field, Film, GridFilm, HeightMap,
+    Isa, Noise, OnDemand, Origin, Pencil, Relief, SubdivisionSurface, Terrain,
 };
 
 use crate::meshes::{cube, house, sheet, sphere, star, tangle};
@@ -78,17 +78,23 @@ fn places(random: &mut Random) -> Vec<[f64; 2]> {
     places
 }
 
+/// How far apart rays are in a box, at least.
+fn spacing(bounds: &Aabb, detail: &Detail) -> f64 {
+    let ends = [bounds.lo, bounds.hi].map(|end| DVec3::from_array(end.map(f64::from)));
+    detail.spacing(ends)[0]
+}
+
 /// Groups hold the bounds of their parts.
-fn check_groups<S: OnDemand>(surface: &S, (spacing, detail): (f64, &Detail), limit: usize) {
+fn check_groups<S: OnDemand>(surface: &S, detail: &Detail, limit: usize) {
     let (mut open, mut parts, mut seen) = (surface.roots(), Vec::new(), 0);
     while let Some(object) = open.pop().filter(|_| seen < limit) {
         seen += 1;
         parts.clear();
-        if !surface.expand(&object, spacing, detail, &mut parts) {
+        let bounds = surface.bounds(&object, Domain::UNIT, detail);
+        if !surface.expand(&object, spacing(&bounds, detail), detail, &mut parts) {
             assert!(parts.is_empty());
             continue;
         }
-        let bounds = surface.bounds(&object, Domain::UNIT, detail);
         for part in &parts {
             let part = surface.bounds(part, Domain::UNIT, detail);
             assert!(holds(&bounds, part.lo) && holds(&bounds, part.hi), "{part:?} in {bounds:?}");
@@ -101,7 +107,7 @@ fn check_groups<S: OnDemand>(surface: &S, (spacing, detail): (f64, &Detail), lim
 
 /// Checks some patches of a surface over random parts.
 fn check_some<S: OnDemand>(surface: &S, random: &mut Random, count: usize) {
-    check_groups(surface, (0.0, &some_detail(random, 4.0)), 4000);
+    check_groups(surface, &some_detail(random, 4.0), 4000);
     let patches = patches(surface);
     for _ in 0..count {
         let patch = &patches[random.next() as usize % patches.len()];
@@ -165,26 +171,30 @@ proptest! {
     }
 
     #[test]
-    fn bounds_hold_fields(seed: u64, spacing in 0.0..40.0_f64) {
+    fn bounds_hold_fields(seed: u64) {
         let mut random = Random(seed);
-        let detail = some_detail(&mut random, 1500.0);
-        check_groups(&Field, (spacing, &detail), 300);
         // Down one way at random.
-        for spacing in [0.0, spacing] {
+        for detail in [Detail::all(), some_detail(&mut random, 1500.0)] {
+            check_groups(&Field, &detail, 300);
             let mut object = Field.roots().pop().expect("a root");
             let mut parts = Vec::new();
-            while Field.expand(&object, spacing, &detail, &mut parts) {
+            loop {
+                let bounds = Field.bounds(&object, Domain::UNIT, &detail);
+                if !Field.expand(&object, spacing(&bounds, &detail), &detail, &mut parts) {
+                    break;
+                }
                 for part in &parts {
-                    let [bounds, part] = [&object, part].map(|of| Field.bounds(of, Domain::UNIT, &detail));
+                    let part = Field.bounds(part, Domain::UNIT, &detail);
                     prop_assert!(holds(&bounds, part.lo) && holds(&bounds, part.hi), "{:?} {:?}", object, part);
                 }
                 object = parts[random.next() as usize % parts.len()];
                 parts.clear();
             }
-            let (part, places) = (random_domain(&mut random), places(&mut random));
-            check(&Field, &object, part, (&places, &detail));
+            let ground = Field.roots()[random.next() as usize % 256];
+            for object in [object, ground] {
+                let part = random_domain(&mut random);
+                check(&Field, &object, part, (&places(&mut random), &detail));
+            }
         }
-        let ground = Field.roots()[random.next() as usize % 256];
-        check(&Field, &ground, random_domain(&mut random), (&places(&mut random), &detail));
     }
 }
