@@ -1,5 +1,6 @@
-//! From how many rays on does a stored tree pay? For each scene the times of the engines over the number of rays, and the
-//! number at which umbel, which builds nothing, begins to take longer than another engine's build and trace together.
+//! From how many rays on does a stored tree pay, or cease to? For each scene the times of the engines over the number of rays, and
+//! the numbers at which umbel and another engine change places: with the build that a changing scene pays, and with a tree that is
+//! there already.
 //!
 //! Between two numbers that were measured, times are straight lines in logarithms.
 
@@ -37,15 +38,13 @@ pub(crate) struct Growth {
     curves: Vec<Curve>,
 }
 
-/// Where one curve crosses another.
+/// Which of two curves is lower.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Crossover {
-    /// The other is lower from the least number of rays on.
-    Before(f64),
-    /// The other is lower from this number of rays on.
-    At(f64),
-    /// The other is not lower at the greatest number of rays.
-    Beyond(f64),
+struct Crossover {
+    /// Whether umbel's is, from there on.
+    umbel: bool,
+    /// From how many rays on, if not for all that were measured.
+    from: Option<f64>,
 }
 
 /// The curves of every scene.
@@ -69,57 +68,54 @@ pub(crate) fn growths(rows: &[Row]) -> Vec<Growth> {
 }
 
 impl Growth {
-    /// Where umbel's curve crosses the totals of each other engine that built in these runs.
-    fn crossovers(&self) -> Vec<(&str, Crossover)> {
+    /// Where umbel's curve crosses that of each other engine: with its build, and without.
+    fn crossovers(&self) -> Vec<(String, Crossover)> {
         let Some((umbel, others)) = self.curves.split_first() else {
             return Vec::new();
         };
-        let crossed = |other: &'_ Curve| crossover(&umbel.total, &other.total);
-        others.iter().filter_map(|other| Some((other.family.as_str(), crossed(other)?))).collect()
+        let of_engine = |other: &Curve| {
+            let named = |name: &str, points: &Points| {
+                Some((format!("{} {name}", other.family), crossover(&umbel.total, points)?))
+            };
+            [named("with its build", &other.total), named("with a tree made before", &other.trace)]
+        };
+        others.iter().flat_map(of_engine).flatten().collect()
     }
 }
 
-/// From which number of rays on the second curve stays lower. Both have the same numbers.
+/// Which curve is lower in the end, and from where on. Both have the same numbers.
 fn crossover(umbel: &Points, other: &Points) -> Option<Crossover> {
     // How far umbel is above the other, in logarithms.
     let above: Points =
         umbel.iter().zip(other).map(|(umbel, other)| (umbel.0, (umbel.1 / other.1).ln())).collect();
-    let (&(least, _), &(most, _)) = above.first().zip(above.last())?;
-    Some(match above.iter().rposition(|&(_, above)| above <= 0.0) {
-        None => Crossover::Before(least),
-        Some(last) if last + 1 == above.len() => Crossover::Beyond(most),
-        Some(last) => {
-            let ((x0, y0), (x1, y1)) = (above[last], above[last + 1]);
-            Crossover::At((x0.ln() + (x1 / x0).ln() * y0 / (y0 - y1)).exp())
-        }
-    })
+    let is_umbel = above.last()?.1 <= 0.0;
+    let before = above.iter().rposition(|&(_, above)| (above <= 0.0) != is_umbel);
+    let from = before.map(|last| {
+        let ((x0, y0), (x1, y1)) = (above[last], above[last + 1]);
+        (x0.ln() + (x1 / x0).ln() * y0 / (y0 - y1)).exp()
+    });
+    Some(Crossover { umbel: is_umbel, from })
 }
 
-/// Prints from how many rays on each engine is faster.
+/// Prints who is faster, from how many rays on.
 pub(crate) fn print(growths: &[Growth]) {
     println!();
     for growth in growths {
-        for (family, crossover) in growth.crossovers() {
-            let text = match crossover {
-                Crossover::Before(rays) => format!("less than {rays} rays on, the fewest measured"),
-                Crossover::At(rays) => format!("{rays:.0} rays on"),
-                Crossover::Beyond(rays) => format!("more than {rays} rays on, the most measured"),
-            };
-            println!("{}: {family} with its build is faster than umbel from {text}", growth.scene);
+        for (engine, Crossover { umbel, from }) in growth.crossovers() {
+            let (faster, slower) =
+                if umbel { ("umbel", engine.as_str()) } else { (engine.as_str(), "umbel") };
+            let from =
+                from.map_or("for all numbers of rays".into(), |rays| format!("from {rays:.0} rays on"));
+            println!("{}: {faster} is faster than {slower} {from}", growth.scene);
         }
     }
 }
 
-/// The crossovers of all scenes: `rays` is null where the curves do not cross, and `at_most` or `at_least` the number that
-/// is known.
+/// The crossovers of all scenes: who is faster in the end, and from how many `rays` on; null for all that were measured.
 pub(crate) fn report(growths: &[Growth]) -> Value {
     let of_growth = |growth: &Growth| {
-        let of_family = |(family, crossover): (&str, Crossover)| match crossover {
-            Crossover::Before(rays) => json!({"engine": family, "rays": null, "at_most": rays}),
-            Crossover::At(rays) => json!({"engine": family, "rays": rays.round()}),
-            Crossover::Beyond(rays) => json!({"engine": family, "rays": null, "at_least": rays}),
-        };
-        let engines: Vec<Value> = growth.crossovers().into_iter().map(of_family).collect();
+        let of_engine = |(engine, Crossover { umbel, from }): (String, Crossover)| json!({"engine": engine, "umbel_is_faster": umbel, "rays": from.map(f64::round)});
+        let engines: Vec<Value> = growth.crossovers().into_iter().map(of_engine).collect();
         json!({"scene": growth.scene, "engines": engines})
     };
     growths.iter().map(of_growth).collect()
@@ -172,15 +168,17 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, growth: &Growth) -> Result<()
             .label(&curve.family)
             .legend(move |(x, y)| Circle::new((x + 10, y), 5, colour.filled()));
     }
-    let crossed = growth.crossovers().into_iter().filter_map(|(_, crossover)| match crossover {
-        Crossover::At(rays) => Some(rays),
-        _ => None,
-    });
-    if let Some(rays) = crossed.min_by(f64::total_cmp) {
+    let crossed = growth.crossovers().into_iter().find(|(_, crossover)| crossover.from.is_some());
+    if let Some((engine, Crossover { umbel, from: Some(rays) })) = crossed {
+        let text = if umbel {
+            format!("umbel before {engine}: {rays:.0} rays")
+        } else {
+            format!("{engine} before umbel: {rays:.0} rays")
+        };
         let grey = BLACK.mix(0.5);
         chart
             .draw_series([PathElement::new([(rays, y.0), (rays, y.1)], grey.stroke_width(1))])?
-            .label(format!("a tree pays: {rays:.0} rays"))
+            .label(text)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], grey.stroke_width(1)));
     }
     plot::legend(&mut chart, SeriesLabelPosition::UpperLeft)
@@ -194,10 +192,12 @@ mod tests {
     fn curves_cross_between_two_numbers() {
         let umbel = vec![(1e3, 1.0), (1e4, 10.0), (1e5, 100.0)];
         let flat = |ms: f64| vec![(1e3, ms), (1e4, ms), (1e5, ms)];
-        let Some(Crossover::At(rays)) = crossover(&umbel, &flat(20.0)) else { panic!("no crossover") };
-        assert!((rays - 2e4).abs() < 1.0, "{rays}");
-        assert_eq!(crossover(&umbel, &flat(0.5)), Some(Crossover::Before(1e3)));
-        assert_eq!(crossover(&umbel, &flat(200.0)), Some(Crossover::Beyond(1e5)));
+        let found = crossover(&umbel, &flat(20.0)).expect("curves");
+        assert!(!found.umbel && found.from.is_some_and(|rays| (rays - 2e4).abs() < 1.0), "{found:?}");
+        let found = crossover(&flat(20.0), &umbel).expect("curves");
+        assert!(found.umbel && found.from.is_some_and(|rays| (rays - 2e4).abs() < 1.0), "{found:?}");
+        assert_eq!(crossover(&umbel, &flat(0.5)), Some(Crossover { umbel: false, from: None }));
+        assert_eq!(crossover(&umbel, &flat(200.0)), Some(Crossover { umbel: true, from: None }));
         assert_eq!(crossover(&Vec::new(), &Vec::new()), None);
     }
 }
