@@ -19,7 +19,7 @@ fn detail_of(origin: Origin, shading_rate: f64, isa: Isa) -> Detail {
     Detail::new(&pencil, &Dicing { shading_rate, ..Dicing::default() }, isa).expect("detail")
 }
 
-fn from_eye(eye: DVec3) -> Detail {
+pub(crate) fn from_eye(eye: DVec3) -> Detail {
     detail_of(Origin::Point(eye), 0.5, Isa::Auto)
 }
 
