@@ -4,19 +4,20 @@
 //! cell's hash gives each blade its place, height, direction, lean and width. A group whose parts are smaller than the distance
 //! between rays is drawn by six blades of its own, wider by the number of cells they stand for along a side.
 //!
-//! See `blades.rs` for what stands there.
+//! See `blades.rs` for what stands there, and `hills.rs` for the ground.
 //!
 //! Based on: William Reeves and Ricki Blau, "Approximate and Probabilistic Algorithms for Shading and Rendering Structured Particle
 //! Systems", 1985; Robert Cook, John Halstead, Maxwell Planck and David Ryu, "Stochastic Simplification of Aggregate Detail", 2007.
 
-use fearless_simd::{Level, dispatch, prelude::*};
+use fearless_simd::Level;
 use glam::DVec3;
 use umbel_core::{Aabb, Detail, Domain, OnDemand};
 
 use crate::blades::{Blade, head_extent, on_head};
 use crate::extent::{Extent, rounded};
-use crate::plane_noise::{Cursor, PlaneNoise, Rectangle};
-use crate::point_lanes::{LANES, LaneMap, Lanes, PointLanes, map_points};
+use crate::hills;
+use crate::plane_noise::Rectangle;
+use crate::point_lanes::{LANES, map_points};
 use crate::sample_sets::{mix, uniform};
 
 /// Levels of the quadtree above its cells: 2¹² cells to each side.
@@ -24,16 +25,11 @@ const LEVELS: u32 = 12;
 /// The side of a cell, in metres.
 const CELL: f64 = 0.5;
 /// Half of the side of the field.
-const HALF_SIDE: f64 = CELL * (1 << LEVELS) as f64 * 0.5;
+pub(crate) const HALF_SIDE: f64 = CELL * (1 << LEVELS) as f64 * 0.5;
 /// Blades of a cell.
 const BLADES: u32 = 6;
 /// The share of cells with an umbel.
 const UMBELS: f64 = 0.008;
-/// Patches of the ground along each side.
-const GROUND: u32 = 16;
-/// Octaves and amplitude, in metres, of the hills.
-const HILLS: (usize, f64) = (5, 26.0);
-const NOISE: PlaneNoise = PlaneNoise { seed: 0xf1e1d, frequency: 1.0 / 256.0 };
 const SEED: u64 = 0x06ab_1ade;
 
 /// Blades and umbels reach no farther than this from their roots, to any side and upwards, in metres: the sums of what they are made
@@ -91,8 +87,7 @@ impl Field {
     /// The height of the ground at (x, z).
     #[must_use]
     pub fn ground(&self, x: f64, z: f64) -> f64 {
-        let mut noise = NOISE.cursor::<{ HILLS.0 }>();
-        hills(|octave| [noise.at(octave, [x, z]); 2])[0]
+        hills::height(x, z)
     }
 
     /// Whether an id is that of the ground, of an umbel, or of a blade.
@@ -113,22 +108,6 @@ pub(crate) enum FieldKind {
     Ground,
 }
 
-/// The hills: octaves, each with a least and a greatest value, half as high as the one before.
-fn hills(mut octave: impl FnMut(u32) -> [f64; 2]) -> [f64; 2] {
-    let (mut sum, mut amplitude) = ([0.0; 2], HILLS.1);
-    for k in 0..HILLS.0 as u32 {
-        let value = octave(k);
-        sum = [sum[0] + value[0] * amplitude, sum[1] + value[1] * amplitude];
-        amplitude *= 0.4;
-    }
-    sum
-}
-
-/// The heights of the ground over a rectangle.
-fn ground_range(rectangle: &Rectangle) -> [f64; 2] {
-    hills(|octave| NOISE.range(octave, rectangle))
-}
-
 /// Whether a square is drawn by blades of its own where rays are so far apart, not by its quarters.
 fn is_drawn(level: u32, spacing: f64) -> bool {
     level == 0 || CELL * f64::from(1_u32 << level) * 0.5 <= spacing
@@ -137,7 +116,7 @@ fn is_drawn(level: u32, spacing: f64) -> bool {
 /// A box around all that stands in a square.
 fn square_extent(level: u32, place: [u32; 2], detail: &Detail) -> Extent {
     let ground = square(level, place);
-    let [least, greatest] = ground_range(&ground);
+    let [least, greatest] = hills::range(&ground);
     let mut all = Extent {
         lo: DVec3::new(ground.x[0] - BESIDE, least - 0.1, ground.z[0] - BESIDE),
         hi: DVec3::new(ground.x[1] + BESIDE, greatest + ABOVE, ground.z[1] + BESIDE),
@@ -183,25 +162,7 @@ fn grounds(level: u32, square: [u32; 2], simd: Level) -> [u64; LANES] {
     let roots: [[f64; 2]; LANES] =
         std::array::from_fn(|index| root(level, square, numbers(level, square, index as u32)));
     let places = [roots.map(|[x, _]| x), roots.map(|[_, z]| z)];
-    dispatch!(simd, simd => heights(simd, places)).map(f64::to_bits)
-}
-
-/// The heights of the ground at eight places.
-#[inline(always)]
-fn heights<S: Simd>(simd: S, [x, z]: [[f64; LANES]; 2]) -> [f64; LANES] {
-    let place = [Lanes::load_array(simd, x), Lanes::load_array(simd, z)];
-    *hills_lanes(simd, &mut NOISE.cursor(), place).as_array()
-}
-
-/// `hills` at eight places.
-#[inline(always)]
-fn hills_lanes<S: Simd>(simd: S, noise: &mut Cursor<{ HILLS.0 }>, place: [Lanes<S>; 2]) -> Lanes<S> {
-    let (mut sum, mut amplitude, mut apart) = (Lanes::splat(simd, 0.0), HILLS.1, false);
-    for k in 0..HILLS.0 as u32 {
-        sum += noise.lanes(simd, k, place, &mut apart) * amplitude;
-        amplitude *= 0.4;
-    }
-    sum
+    hills::heights(places, simd).map(f64::to_bits)
 }
 
 /// A unit vector by a number in [0, 1): rational in each quadrant, (1 − f², 2f)/(1 + f²), where sines would take a third of the time
@@ -236,41 +197,17 @@ fn blade(level: u32, place: [u32; 2], index: u32, ground: u64) -> Blade {
     Blade { spine, half_width: DVec3::new(-sin, 0.0, cos) * width.min(0.1) }
 }
 
-/// A patch of the ground, to be asked for points.
-struct Ground {
-    patch: u32,
-    noise: Cursor<{ HILLS.0 }>,
-}
-
-impl LaneMap for Ground {
-    #[inline(always)]
-    fn points<S: Simd>(&mut self, simd: S, [u, v]: [Lanes<S>; 2]) -> PointLanes<S> {
-        // The steps of `on_ground`.
-        let side = 2.0 * HALF_SIDE / f64::from(GROUND);
-        let (column, row) = (f64::from(self.patch % GROUND), f64::from(self.patch / GROUND));
-        let (x, z) = ((u + column) * side - HALF_SIDE, HALF_SIDE - (v + row) * side);
-        [x, hills_lanes(simd, &mut self.noise, [x, z]), z]
-    }
-}
-
 /// The head of an umbel: its middle, and its radius.
 fn head(level: u32, place: [u32; 2], ground: u64) -> (DVec3, f64) {
     let [size] = numbers(level, place, BLADES + 2);
     (blade(level, place, BLADES, ground).spine[2], 0.1 + 0.08 * size)
 }
 
-/// A place on the ground: exact, so that patches meet. v runs against z.
-fn on_ground(patch: u32, [u, v]: [f64; 2]) -> [f64; 2] {
-    let side = 2.0 * HALF_SIDE / f64::from(GROUND);
-    let (column, row) = (f64::from(patch % GROUND), f64::from(patch / GROUND));
-    [(column + u) * side - HALF_SIDE, HALF_SIDE - (row + v) * side]
-}
-
 impl OnDemand for Field {
     type Object = FieldObject;
 
     fn roots(&self) -> Vec<FieldObject> {
-        let ground = (0..GROUND * GROUND).map(FieldObject::Ground);
+        let ground = (0..hills::PATCHES * hills::PATCHES).map(FieldObject::Ground);
         ground.chain([FieldObject::Cells { level: LEVELS, place: [0, 0] }]).collect()
     }
 
@@ -281,16 +218,7 @@ impl OnDemand for Field {
                 blade(level, place, index, ground).extent(domain)
             }
             FieldObject::Head { level, place, ground } => head_extent(head(level, place, ground), domain),
-            FieldObject::Ground(patch) => {
-                let (from, to) = (
-                    on_ground(patch, [domain.u[0], domain.v[0]]),
-                    on_ground(patch, [domain.u[1], domain.v[1]]),
-                );
-                let rectangle = Rectangle { x: [from[0], to[0]], z: [to[1], from[1]] };
-                let [least, greatest] = ground_range(&rectangle);
-                let ends = [DVec3::new(from[0], least, to[1]), DVec3::new(to[0], greatest, from[1])];
-                Extent::of(ends).with_slack(HILLS.1)
-            }
+            FieldObject::Ground(patch) => hills::patch_extent(patch, domain),
         };
         extent.outward()
     }
@@ -341,8 +269,7 @@ impl OnDemand for Field {
                 points.extend(parameters.iter().map(|&at| rounded(on_head(head, at))));
             }
             FieldObject::Ground(patch) => {
-                let mut ground = Ground { patch, noise: NOISE.cursor() };
-                map_points(&mut ground, parameters, detail.level(), points);
+                hills::patch_points(patch, parameters, detail.level(), points);
             }
         }
     }

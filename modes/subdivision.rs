@@ -3,9 +3,8 @@
 //! The cage is that of the scene, after one step where it has faces that are no quads. Nothing finer is stored: the limit surface
 //! over a quad is found from its neighbourhood (`limit_surface.rs`) whenever it is asked for.
 //!
-//! Two quads find the points of their border from different vertices, so their last bits may differ. Therefore the quad with the
-//! least index at an edge, and around a vertex, finds them for all: the others turn their parameter into that quad's, s or 1 − s,
-//! both exact, and ask. Normals and texture coordinates of the border are that quad's, too.
+//! Points of a border are found by one of the quads that meet there (`border_rulers.rs`), its normals and texture coordinates are
+//! that quad's, too.
 //!
 //! Based on: Edwin Catmull and James Clark, "Recursively Generated B-Spline Surfaces on Arbitrary Topological Meshes", 1978; Matthias
 //! Nießner, Charles Loop, Mark Meyer and Tony DeRose, "Feature-Adaptive GPU Rendering of Catmull-Clark Subdivision Surfaces", 2012.
@@ -18,6 +17,7 @@ use rayon::prelude::*;
 use umbel_core::{Aabb, Detail, Domain, OnDemand};
 
 use crate::Scene;
+use crate::border_rulers::Rulers;
 use crate::cage_builder::{QuadCage, Sharpness};
 use crate::displacement::{Displacement, UvBox, uv_box};
 use crate::extent::Extent;
@@ -38,10 +38,7 @@ pub struct SubdivisionSurface {
     /// The vertices of each quad's neighbourhood, quad by quad, and where each quad's begin.
     around: Vec<u32>,
     first_around: Vec<usize>,
-    /// The least corner at each vertex, or at another at the same place.
-    rulers: Vec<u32>,
-    /// The least half-edge between the same two vertices, where that is no neighbour, and whether it runs the other way.
-    odd_edges: HashMap<u32, (u32, bool)>,
+    rulers: Rulers,
     displacement: Displacement,
     first_triangles: Vec<u32>,
     tree: PatchTree,
@@ -77,7 +74,7 @@ impl SubdivisionSurface {
             around.extend(neighbourhood.vertices);
             first_around.push(around.len());
         }
-        let (rulers, odd_edges) = (rulers(&quads), odd_edges(&quads));
+        let rulers = Rulers::new(&quads);
         let tree = PatchTree::new(&[]);
         let mut surface = Self {
             quads,
@@ -86,7 +83,6 @@ impl SubdivisionSurface {
             around,
             first_around,
             rulers,
-            odd_edges,
             displacement,
             first_triangles: polygons.triangles,
             tree,
@@ -146,60 +142,20 @@ impl SubdivisionSurface {
         let mut parts = Vec::new();
         for (from, to) in sides {
             let middle = [(from[0] + to[0]) * 0.5, (from[1] + to[1]) * 0.5];
-            let (ruler, place) = self.ruler(quad, middle);
+            let (ruler, place) = self.rulers.of(&self.quads.cage, quad, middle);
             if ruler != quad {
                 // The ruler's parameter runs along the border as fast as the quad's.
                 let half = (to[0] - from[0] + to[1] - from[1]) * 0.5;
                 parts.push((ruler, around(place, half)));
             }
             for end in [from, to] {
-                let (ruler, place) = self.ruler(quad, end);
+                let (ruler, place) = self.rulers.of(&self.quads.cage, quad, end);
                 if ruler != quad && place.iter().all(|&t| t == 0.0 || t == 1.0) {
                     parts.push((ruler, around(place, 0.0)));
                 }
             }
         }
         parts
-    }
-
-    /// The quad that finds the point at parameters of another, and its parameters.
-    fn ruler(&self, quad: u32, place: [f64; 2]) -> (u32, [f64; 2]) {
-        let [u, v] = place;
-        let (side, s) = match (u == 0.0 || u == 1.0, v == 0.0 || v == 1.0) {
-            (false, false) => return (quad, place),
-            (true, true) => {
-                let corner =
-                    [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].iter().position(|&c| c == place);
-                let vertex = self.quads.cage.vertex(4 * quad + corner.unwrap_or(0) as u32);
-                let ruler = self.rulers[vertex as usize];
-                return (ruler / 4, on_side(ruler % 4, 0.0));
-            }
-            (false, true) => {
-                if v == 0.0 {
-                    (0, u)
-                } else {
-                    (2, 1.0 - u)
-                }
-            }
-            (true, false) => {
-                if u == 1.0 {
-                    (1, v)
-                } else {
-                    (3, 1.0 - v)
-                }
-            }
-        };
-        let edge = 4 * quad + side;
-        let (ruler, turned) = match self.odd_edges.get(&edge) {
-            Some(&odd) => odd,
-            None => self
-                .quads
-                .cage
-                .across(edge)
-                .filter(|&back| back < edge)
-                .map_or((edge, false), |back| (back, true)),
-        };
-        (ruler / 4, on_side(ruler % 4, if turned { 1.0 - s } else { s }))
     }
 
     /// Puts samples of a quad where they belong, displaced.
@@ -265,16 +221,6 @@ fn around(place: [f64; 2], half: f64) -> Domain {
     Domain { u: span(place[0]), v: span(place[1]) }
 }
 
-/// A place on a side of a quad, from corner `side` to the next.
-fn on_side(side: u32, s: f64) -> [f64; 2] {
-    match side {
-        0 => [s, 0.0],
-        1 => [1.0, s],
-        2 => [1.0 - s, 1.0],
-        _ => [0.0, 1.0 - s],
-    }
-}
-
 /// The sharpness that was asked for, by welded vertices.
 fn sharpness(scene: &Scene, polygons: &Polygons, creases: &Creases) -> Sharpness {
     if creases.edges.is_empty() && creases.corners.is_empty() {
@@ -295,31 +241,6 @@ fn sharpness(scene: &Scene, polygons: &Polygons, creases: &Creases) -> Sharpness
         edges: creases.edges.iter().filter_map(edge).collect(),
         vertices: creases.corners.iter().filter_map(|&(v, s)| Some((welded(v)?, endless(s)))).collect(),
     }
-}
-
-/// The least corner at each vertex and its twins.
-fn rulers(quads: &QuadCage) -> Vec<u32> {
-    let mut least = vec![u32::MAX; quads.points.len()];
-    for (corner, &vertex) in (0_u32..).zip(&quads.cage.vertices) {
-        let twin = quads.twins[vertex as usize] as usize;
-        least[twin] = least[twin].min(corner);
-    }
-    quads.twins.iter().map(|&twin| least[twin as usize]).collect()
-}
-
-/// For borders that lie on each other: the least of them.
-fn odd_edges(quads: &QuadCage) -> HashMap<u32, (u32, bool)> {
-    let cage = &quads.cage;
-    let mut first: HashMap<[u32; 2], (u32, u32)> = HashMap::new();
-    let mut odd = HashMap::new();
-    for corner in (0..cage.vertices.len() as u32).filter(|&corner| cage.across(corner).is_none()) {
-        let [from, to] = [corner, cage.next(corner)].map(|corner| quads.twins[cage.vertex(corner) as usize]);
-        let &mut (ruler, start) = first.entry([from.min(to), from.max(to)]).or_insert((corner, from));
-        if ruler != corner {
-            odd.insert(corner, (ruler, start != from));
-        }
-    }
-    odd
 }
 
 impl OnDemand for SubdivisionSurface {
@@ -348,7 +269,7 @@ impl OnDemand for SubdivisionSurface {
         let mut cells = NO_CELLS;
         let mut asked: Vec<(u32, Vec<Place>)> = vec![(quad, Vec::with_capacity(parameters.len()))];
         for (index, &place) in parameters.iter().enumerate() {
-            let (ruler, place) = self.ruler(quad, place);
+            let (ruler, place) = self.rulers.of(&self.quads.cage, quad, place);
             match asked.iter_mut().find(|(known, _)| *known == ruler) {
                 Some((_, places)) => places.push((index, place)),
                 None => asked.push((ruler, vec![(index, place)])),
