@@ -102,6 +102,7 @@ impl DepthMaps {
             grouping: umbel_core::Grouping::Auto,
         };
         let (_, mut stats) = frame.open_rays(triangles, &nothing, options)?;
+        let level = options.isa.level()?;
         let units = Units::new(&self.bounds);
         let places = Places::new(triangles, &receivers.hemispheres, &units, self.size)?;
         let scene = Scene::new(triangles, &units);
@@ -115,7 +116,7 @@ impl DepthMaps {
                 maps.push(DepthMap::new(film, frame.hits(), &scene, &units));
             }
             let first = block * self.together();
-            look_up_all(&maps, &places, (first / WORD, first % WORD), (&mut words, words_each));
+            look_up_all((&maps, level), &places, (first / WORD, first % WORD), (&mut words, words_each));
         }
         places.join(&mut words, words_each);
         Ok((OpenRays::new(samples.len(), words), stats))
@@ -124,7 +125,7 @@ impl DepthMaps {
 
 /// Looks all places up in some maps, whose bits start at `shift` of the words number `word` of each place.
 fn look_up_all(
-    maps: &[DepthMap],
+    (maps, level): (&[DepthMap], Level),
     places: &Places,
     (word, shift): (usize, usize),
     (words, words_each): (&mut [u32], usize),
@@ -133,7 +134,7 @@ fn look_up_all(
         |(words, places)| {
             let mut open = [[0_u32; LANES]; TASK / LANES];
             for (k, map) in maps.iter().enumerate() {
-                dispatch!(Level::new(), simd => map.look_up(simd, places, &mut open, shift + k));
+                dispatch!(level, simd => map.look_up(simd, places, &mut open, shift + k));
             }
             for (words, open) in words.chunks_mut(words_each).zip(open.as_flattened()) {
                 words[word] |= open;

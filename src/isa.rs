@@ -48,8 +48,11 @@ impl Isa {
         Ok(best.into_iter().find(|isa| isa.level().is_ok()).unwrap_or(Self::Auto))
     }
 
-    /// The level of the SIMD library.
-    pub(crate) fn level(self) -> Result<Level, Error> {
+    /// The level of `fearless_simd`.
+    ///
+    /// # Errors
+    /// When the machine does not have it.
+    pub fn level(self) -> Result<Level, Error> {
         let best = Level::new();
         self.restrict(best).ok_or(Error::Isa { isa: self.name() })
     }
