@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use umbel_core::{Aabb, Detail, Domain, OnDemand};
 
 use crate::Scene;
-use crate::displacement::{Displacement, UvBox, uv_box};
+use crate::displacement::{Displacement, UvBox, unit_normals, uv_box};
 use crate::extent::{Extent, widened};
 use crate::noise::{Cells, NO_CELLS};
 use crate::patch_tree::{Node, PatchTree};
@@ -136,7 +136,7 @@ impl DisplacedMesh {
         let normals = self.bilinear(face, corner, |k| self.normal(k));
         let normals = Extent::of(normals.part(domain)).with_slack(1.0);
         let uvs = || self.uv_box(face, corner, domain);
-        self.displacement.extent((points, normals), uvs, detail).outward()
+        self.displacement.extent((points, unit_normals(normals)), uvs, detail).outward()
     }
 
     fn position(&self, corner: usize) -> DVec3 {

@@ -115,10 +115,11 @@ impl Displacement {
         Lanes::load_array(simd, detail.spacings([&ends[0], &ends[1]]))
     }
 
-    /// A box around all points moved along all normals, for some detail or any. The box of points has room for their rounding.
+    /// A box around all points moved along all unit normals, of [`unit_normals`], for some detail or any. The box of points has room
+    /// for their rounding.
     pub(crate) fn extent(
         &self,
-        (points, normals): (Extent, Extent),
+        (points, units): (Extent, Extent),
         uvs: impl FnOnce() -> UvBox,
         detail: Option<&Detail>,
     ) -> Extent {
@@ -138,7 +139,6 @@ impl Displacement {
             }
         };
         let heights = [least * self.height, greatest * self.height];
-        let units = unit_normals(normals);
         // A normal of length 0, which moves nothing, lies only in boxes whose units reach from −1 to 1.
         let ends = heights.map(|height| [units.lo * height, units.hi * height]);
         let moves = Extent::of(ends.into_iter().flatten());
@@ -149,7 +149,7 @@ impl Displacement {
 }
 
 /// A box around the unit vectors along the vectors of a box.
-fn unit_normals(normals: Extent) -> Extent {
+pub(crate) fn unit_normals(normals: Extent) -> Extent {
     let Extent { lo, hi } = normals;
     let (least, greatest) = (lo.max(-hi).max(DVec3::ZERO).length(), lo.abs().max(hi.abs()).length());
     // NaN and an overflow keep everything.

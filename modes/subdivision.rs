@@ -19,7 +19,7 @@ use umbel_core::{Aabb, Detail, Domain, OnDemand};
 use crate::Scene;
 use crate::border_rulers::Rulers;
 use crate::cage_builder::{QuadCage, Sharpness};
-use crate::displacement::{Displacement, UvBox, uv_box};
+use crate::displacement::{Displacement, UvBox, unit_normals, uv_box};
 use crate::extent::Extent;
 use crate::limit_surface::{LimitQuad, Place, Sample};
 use crate::neighbourhood::{Neighbourhood, ShapeId, Shapes};
@@ -120,14 +120,14 @@ impl SubdivisionSurface {
 
     /// A box around what a quad finds over a part of itself.
     fn inner_extent(&self, quad: u32, domain: Domain, detail: Option<&Detail>) -> Extent {
-        let mut all = Extent::EMPTY;
+        // One range of heights for all parts: near an extraordinary vertex they are many, and small.
+        let (mut points, mut units) = (Extent::EMPTY, Extent::EMPTY);
         self.with_limit(quad, detail.map_or_else(Level::new, Detail::level), |limit| {
-            limit.extents(domain, &mut |points, normals| {
-                let uvs = || self.uv_box(quad, domain);
-                all = all.union(self.displacement.extent((points, normals), uvs, detail));
+            limit.extents(domain, &mut |of_part, normals| {
+                (points, units) = (points.union(of_part), units.union(unit_normals(normals)));
             });
         });
-        all
+        self.displacement.extent((points, units), || self.uv_box(quad, domain), detail)
     }
 
     /// Borders of a part that other quads find, as thin parts of those: on creases and seams they may have other normals and
