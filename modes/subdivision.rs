@@ -124,7 +124,10 @@ impl SubdivisionSurface {
         let (mut points, mut units) = (Extent::EMPTY, Extent::EMPTY);
         self.with_limit(quad, detail.map_or_else(Level::new, Detail::level), |limit| {
             limit.extents(domain, &mut |of_part, normals| {
-                (points, units) = (points.union(of_part), units.union(unit_normals(normals)));
+                points = points.union(of_part);
+                if !self.displacement.is_none() {
+                    units = units.union(unit_normals(normals));
+                }
             });
         });
         self.displacement.extent((points, units), || self.uv_box(quad, domain), detail)

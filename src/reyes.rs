@@ -11,9 +11,9 @@
 //! they are, hidden objects are never opened but for those few, and nothing is kept: a list of objects per film that is being
 //! halved, one grid per thread, and what the rays of a tile have hit.
 //!
-//! A list holds one object for [`PIXELS`] rays, and at most [`WIDE`]. Lists of 64 for every film took 2.3 times as long for a
+//! A list holds one object for [`PIXELS`] rays, and at most [`WIDE`]. Lists of 64 for every film took 2.2 times as long for a
 //! displaced cage, whose patches each of many tiles had to open anew, and 1.1 times for terrain. Lists of 1024 for every film open
-//! what is hidden, too: 128 sheets behind each other took 2.5 times as long as the first, and take 1.2 times so.
+//! what is hidden, too: 128 sheets behind each other took 2.5 times as long as the first, and take 1.4 times so.
 //!
 //! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987; Alexander Keller
 //! and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure", 2011.

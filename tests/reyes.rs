@@ -191,6 +191,29 @@ fn a_field_of_a_million_groups() {
     checked(&small, &pencil, &Dicing::default(), "field");
 }
 
+/// Hits in the memory of others are those of new ones: nothing of the old remains, on either path.
+#[test]
+fn memory_of_hits_is_used_again() {
+    let near = camera([0.0, 0.0, 2.0], [0.0, 0.0, -1.0], 1.0, [70, 50]);
+    let far = camera([0.0, 0.0, 9.0], [0.1, 0.0, -1.0], 1.0, [70, 50]);
+    let small = camera([0.0, 0.0, 4.0], [0.0, 0.0, -1.0], 1.0, [33, 21]);
+    let scene = of_spheres(&[sphere(0.2, 5.0)]);
+    let mut hits = SurfaceHits::default();
+    for path in [Path::Pencil, Path::General] {
+        let options = Options { path, ..Options::default() };
+        for (pencil, keep_corners) in
+            [(&near, true), (&far, true), (&near, true), (&far, false), (&small, false), (&small, true)]
+        {
+            let dicing = Dicing { shading_rate: 2.0, keep_corners };
+            hits.find(&scene, pencil, &dicing, &options).expect("an answer");
+            let (new, _) = closest_hit_on_demand(&scene, pencil, &dicing, &options).expect("an answer");
+            assert_same(&hits, &new, "used again");
+            assert_eq!(hits.corners(), new.corners());
+            assert_eq!((hits.tiles().len(), hits.pairs()), (new.tiles().len(), new.pairs()));
+        }
+    }
+}
+
 /// A closed surface lets no ray through, from inside or outside, and its rates differ.
 #[test]
 fn closed_surfaces_are_watertight() {
