@@ -1,12 +1,13 @@
 //! What a caller may choose. Only [`Accuracy`] can change an output; everything else changes time alone.
 
-use crate::{Isa, Partition};
+use crate::intersect::general::partition::Partition;
+use crate::simd::isa::Isa;
 
 /// Which recursion answers the question. Both give the same answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Path {
     /// One bound stands for many rays: for a whole sub-pencil, or for a bundle of rays without a common origin. Segments
-    /// ([`crate::blocked`]), and numbers too large or too small for bounds in f32, take the general path all the same.
+    /// ([`crate::query::blocked`]), and numbers too large or too small for bounds in f32, take the general path all the same.
     #[default]
     Pencil,
     /// Algorithm 1 of the paper: every ray is tested by itself. The reference for pencils and bundles.

@@ -18,7 +18,7 @@ pub struct Stats {
     /// Parts of blocks of rays, up to 8x8, that a triangle was tested with.
     pub blocks: u64,
     /// Pairs of a ray and a triangle whose edge functions were evaluated: the unit in which local statistics tell the work
-    /// ([`TileStats::samples_per_ray`], [`crate::Frame::pairs`]). Bundles evaluate a group as eight triangles, whatever it holds; of
+    /// ([`TileStats::samples_per_ray`], [`crate::query::frame::Frame::pairs`]). Bundles evaluate a group as eight triangles, whatever it holds; of
     /// surfaces on demand those pairs count that rounded edge functions leave.
     pub samples_tested: u64,
     /// Pairs whose coverage or order f32 could not decide on a grid film.

@@ -1,4 +1,4 @@
-//! Leaving a surface: every sentence that `src/departure.rs` promises, with sides decided in the oracle's integers.
+//! Leaving a surface: every sentence that `src/objects/offset.rs` promises, with sides decided in the oracle's integers.
 //!
 //! The start point lies on the plane or on the side asked for, at most 4 steps from the rounded inset point. From there
 //! neither the triangle, nor one in its plane, nor anything behind the plane is hit, down to grazing angles of 1e-7; the

@@ -1,0 +1,305 @@
+//! Baking: from receivers to openness values, on the engine's open rays.
+//!
+//! A [`Bake`] makes its sample sets once; after that it takes any list of receivers, in pieces of any size, and gives one value
+//! for each. Shared directions are one call of the engine, interleaved ones 16, each with its part of the receivers;
+//! independent ones are one call that asks for each receiver's own. A value depends on its receiver and its number alone:
+//! neither on the others, nor on how they are cut into pieces, nor on threads. (Several receivers of one texel stay together.)
+//!
+//! ```
+//! use umbel::{Bake, BakeOptions, Frame, Options, Scene};
+//!
+//! let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+//! let scene = Scene { positions, triangles: vec![[0, 1, 2]], ..Scene::default() };
+//! let triangles = scene.geometry()?;
+//! let receivers = scene.vertex_receivers()?.range(0..3);
+//! let found = Bake::new(BakeOptions::default())?.run(&triangles, &receivers, &mut Frame::new(), &Options::default())?;
+//! assert_eq!(found.values, [1.0; 3]);
+//! # Ok::<(), umbel::Error>(())
+//! ```
+//!
+//! Based on: Alexander Keller and Wolfgang Heidrich, "Interleaved Sampling", 2001.
+
+pub(crate) mod atlas;
+pub(crate) mod depth_maps;
+pub(crate) mod map_places;
+pub(crate) mod occluder_scenes;
+pub(crate) mod occluders;
+pub(crate) mod openness;
+pub(crate) mod options;
+pub(crate) mod receivers;
+pub(crate) mod sample_sets;
+
+use umbel_core::{Frame, Hemisphere, Occlusion, OpenRays, Options, RaySample, RaySamples, Stats};
+
+use crate::bake::depth_maps::DepthMaps;
+use crate::bake::map_places::Places;
+use crate::bake::occluders::BakeOccluders;
+use crate::bake::openness::{Sums, dot, weigh_own, weigh_shared};
+use crate::bake::options::BakeOptions;
+use crate::bake::sample_sets::{INTERLEAVED, OwnSets, SampleSet, set_of, sphere_sets};
+use crate::error::Error;
+
+/// Rays of one call of the engine that are worth their fixed cost, and that a user does not wait long for.
+const RAYS_PER_CALL: u64 = 1 << 26;
+/// The fewest receivers of a piece.
+const LEAST_RECEIVERS: u64 = 1 << 12;
+/// Bytes that the engine takes for each receiver.
+const ENGINE_BYTES: u64 = 64;
+/// Bytes of a traced ray.
+const RAY_BYTES: u64 = size_of::<TracedRay>() as u64;
+
+/// Points whose openness is asked for. All parts are of the same length.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BakeReceivers {
+    /// Where rays start, and the half spaces that they leave into.
+    pub hemispheres: Vec<Hemisphere>,
+    /// Shading normals, of unit length.
+    pub normals: Vec<[f32; 3]>,
+    /// The numbers of the vertices, points or texels: they choose the directions. Several receivers of a texel follow each
+    /// other.
+    pub indices: Vec<u32>,
+}
+
+impl BakeReceivers {
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.hemispheres.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.hemispheres.is_empty()
+    }
+
+    /// Adds one.
+    pub fn push(&mut self, hemisphere: Hemisphere, normal: [f32; 3], index: u32) {
+        self.hemispheres.push(hemisphere);
+        self.normals.push(normal);
+        self.indices.push(index);
+    }
+
+    /// Those at some places.
+    fn picked(&self, places: &[usize]) -> Self {
+        Self {
+            hemispheres: places.iter().map(|&place| self.hemispheres[place]).collect(),
+            normals: places.iter().map(|&place| self.normals[place]).collect(),
+            indices: places.iter().map(|&place| self.indices[place]).collect(),
+        }
+    }
+}
+
+/// A ray above the surface: its start, its direction, t_max in units of the direction's length, and 1 for a hit or else 0.
+pub type TracedRay = [f32; 8];
+
+/// What is found for a list of receivers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Baked {
+    /// A value for each.
+    pub values: Vec<f32>,
+    /// The mean open direction of each, of unit length, or its normal where nothing is open; empty unless asked for.
+    pub bent: Vec<[f32; 3]>,
+    /// Their rays above the surface, receiver by receiver; empty unless asked for.
+    pub traced: Vec<TracedRay>,
+    /// How many rays point above the horizon of their receiver's normal.
+    pub rays: u64,
+    /// What the engine did.
+    pub stats: Stats,
+}
+
+/// Sample sets, ready for receivers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bake {
+    options: BakeOptions,
+    /// The directions on the sphere; none where each receiver has its own.
+    sets: Vec<Vec<RaySample>>,
+}
+
+impl Bake {
+    /// Makes the sample sets.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when options are out of range or contradict each other.
+    pub fn new(options: BakeOptions) -> Result<Self, Error> {
+        options.check()?;
+        let BakeOptions { rays, reach, seed, .. } = options;
+        let sets = match options.set {
+            SampleSet::Shared => sphere_sets(rays, 1, reach, seed),
+            SampleSet::Interleaved => sphere_sets(rays, INTERLEAVED, reach, seed),
+            SampleSet::Independent => Vec::new(),
+        };
+        Ok(Self { options, sets })
+    }
+
+    /// Rays of a receiver that the engine is asked for, those below the surface too.
+    #[must_use]
+    pub fn directions(&self) -> u64 {
+        self.sets.first().map_or(u64::from(self.options.rays), |set| set.len() as u64)
+    }
+
+    /// Bytes that [`Bake::run`] and its answer take for each receiver, at most, with the receiver itself.
+    #[must_use]
+    pub fn receiver_bytes(&self) -> u64 {
+        let receiver = (size_of::<Hemisphere>() + size_of::<[f32; 3]>() + size_of::<u32>()) as u64;
+        let bits = 4 * self.directions().div_ceil(32);
+        // The openness in f64 and as a value; a set's part before it is put in its place.
+        let values = 12 + if self.options.bent { 24 } else { 0 };
+        let picked = if self.sets.len() > 1 { receiver + 16 } else { 0 };
+        let own = if self.sets.is_empty() { OwnSets::RECEIVER_BYTES } else { 0 };
+        let traced = if self.options.traced { 3 * RAY_BYTES * self.directions() } else { 0 };
+        let maps = self.options.depth_maps.map_or(0, |_| bits + Places::RECEIVER_BYTES);
+        receiver + bits + values + picked + own + traced + maps + ENGINE_BYTES
+    }
+
+    /// Bytes that depth maps take beside that.
+    #[must_use]
+    pub fn map_bytes(&self) -> u64 {
+        self.options.depth_maps.map_or(0, DepthMaps::bytes)
+    }
+
+    /// How many receivers to take at once: so many that the engine is busy, at most what `bytes` hold; but a few in any case.
+    #[must_use]
+    pub fn piece(&self, bytes: u64) -> usize {
+        let calls = self.sets.len().max(1) as u64;
+        // All receivers share the maps: the more, the better.
+        let most = self.options.depth_maps.map(|_| u64::MAX);
+        let busy = most.unwrap_or_else(|| RAYS_PER_CALL * calls / self.directions());
+        busy.min(bytes / self.receiver_bytes()).max(LEAST_RECEIVERS) as usize
+    }
+
+    /// Finds the values of receivers.
+    ///
+    /// # Errors
+    /// When the engine refuses a receiver, or the scene or the options.
+    pub fn run<'a>(
+        &self,
+        occluders: impl Into<BakeOccluders<'a>>,
+        receivers: &BakeReceivers,
+        frame: &mut Frame,
+        options: &Options,
+    ) -> Result<Baked, Error> {
+        let (mut query, mut found) =
+            (Query { bake: self, occluders: occluders.into(), frame, options }, Found::default());
+        match self.sets.as_slice() {
+            [] => found = query.own(receivers)?,
+            [samples] => found = query.shared(receivers, samples)?,
+            _ => {
+                found.make_room(receivers.len(), self.options.bent);
+                let mut places = vec![Vec::new(); self.sets.len()];
+                for (place, &index) in receivers.indices.iter().enumerate() {
+                    places[set_of(index, self.options.columns)].push(place);
+                }
+                for (samples, places) in
+                    self.sets.iter().zip(&places).filter(|(_, places)| !places.is_empty())
+                {
+                    let part = query.shared(&receivers.picked(places), samples)?;
+                    found.put(places, part);
+                }
+                found.traced.sort_by_key(|(place, _)| *place);
+            }
+        }
+        let Found { sums, traced, stats } = found;
+        Ok(Baked {
+            values: sums.openness.into_iter().map(|openness| self.options.polarity.value(openness)).collect(),
+            bent: sums.bent,
+            traced: traced.into_iter().map(|(_, ray)| ray).collect(),
+            rays: sums.rays,
+            stats,
+        })
+    }
+}
+
+/// One run.
+struct Query<'a> {
+    bake: &'a Bake,
+    occluders: BakeOccluders<'a>,
+    frame: &'a mut Frame,
+    options: &'a Options,
+}
+
+/// What is found, and the rays with the places of their receivers.
+#[derive(Default)]
+struct Found {
+    sums: Sums,
+    traced: Vec<(usize, TracedRay)>,
+    stats: Stats,
+}
+
+impl Found {
+    fn make_room(&mut self, receivers: usize, bent: bool) {
+        self.sums.openness = vec![0.0; receivers];
+        self.sums.bent = vec![[0.0; 3]; if bent { receivers } else { 0 }];
+    }
+
+    /// Puts what was found for some receivers in their places.
+    fn put(&mut self, places: &[usize], part: Self) {
+        places.iter().zip(part.sums.openness).for_each(|(&place, value)| self.sums.openness[place] = value);
+        places.iter().zip(part.sums.bent).for_each(|(&place, bent)| self.sums.bent[place] = bent);
+        self.traced.extend(part.traced.into_iter().map(|(place, ray)| (places[place], ray)));
+        self.sums.rays += part.sums.rays;
+        self.stats = self.stats.then(part.stats);
+    }
+}
+
+impl Query<'_> {
+    /// Receivers that share their directions.
+    fn shared(&mut self, receivers: &BakeReceivers, samples: &[RaySample]) -> Result<Found, Error> {
+        let BakeOptions { weighting, bent, .. } = self.bake.options;
+        let (open, stats) = self.ask(receivers, RaySamples::Shared(samples))?;
+        let sums = weigh_shared(&open, &receivers.normals, samples, weighting, bent);
+        Ok(Found { sums, traced: self.traced(receivers, &open, |_, ray| samples[ray]), stats })
+    }
+
+    /// Receivers with directions of their own.
+    fn own(&mut self, receivers: &BakeReceivers) -> Result<Found, Error> {
+        let BakeOptions { rays, weighting, reach, seed, bent, .. } = self.bake.options;
+        let named = receivers.indices.iter().copied().zip(receivers.normals.iter().copied());
+        let sets = OwnSets::new((rays, weighting, reach, seed), named);
+        let of = |receiver, ray| sets.sample(receiver, ray);
+        let (open, stats) = self.ask(receivers, RaySamples::Own { count: sets.count(), of: &of })?;
+        let sums = weigh_own(&open, &receivers.normals, &sets, bent);
+        Ok(Found { sums, traced: self.traced(receivers, &open, of), stats })
+    }
+
+    /// Asks the engine.
+    fn ask(
+        &mut self,
+        receivers: &BakeReceivers,
+        samples: RaySamples<'_>,
+    ) -> Result<(OpenRays, Stats), Error> {
+        let BakeOptions { back_faces, grouping, depth_maps, .. } = self.bake.options;
+        if let (Some(maps), RaySamples::Shared(samples)) = (depth_maps, samples) {
+            if !self.occluders.surfaces.is_empty() {
+                let what = "depth maps are made of triangles: leave out surfaces on demand, or take rays";
+                return Err(Error::Usage(what.into()));
+            }
+            return maps.open_rays(self.occluders.triangles, (receivers, samples), self.frame, self.options);
+        }
+        let occlusion = Occlusion { hemispheres: &receivers.hemispheres, samples, back_faces, grouping };
+        self.occluders.open_rays(&occlusion, self.frame, self.options)
+    }
+
+    /// The rays above both the surface and the horizon of the normal, with what became of them.
+    fn traced(
+        &self,
+        receivers: &BakeReceivers,
+        open: &OpenRays,
+        sample: impl Fn(usize, usize) -> RaySample,
+    ) -> Vec<(usize, TracedRay)> {
+        if !self.bake.options.traced {
+            return Vec::new();
+        }
+        let ray = |(place, ray): (usize, usize)| {
+            let RaySample { direction, t_max } = sample(place, ray);
+            let (hemisphere, d) = (&receivers.hemispheres[place], direction.to_array().map(|x| x as f32));
+            let is_above = dot(receivers.normals[place], d) > 0.0
+                && hemisphere.is_above(self.occluders.triangles, direction);
+            let [x, y, z] = hemisphere.receiver.point;
+            let hit = if open.is_open(place, ray) { 0.0 } else { 1.0 };
+            is_above.then_some((place, [x, y, z, d[0], d[1], d[2], t_max, hit]))
+        };
+        let all = (0..receivers.len()).flat_map(|place| (0..open.rays()).map(move |ray| (place, ray)));
+        all.filter_map(ray).collect()
+    }
+}

@@ -1,0 +1,256 @@
+//! `umbel bake`: ambient occlusion of texels, vertices and points.
+//!
+//! Receivers are taken in pieces, so that memory stays bounded by what is asked for; how they are cut changes no output.
+
+pub(crate) mod args;
+pub(crate) mod dial;
+pub(crate) mod files;
+#[cfg_attr(not(feature = "gltf"), path = "no_gltf.rs")]
+pub(crate) mod gltf;
+pub(crate) mod sample;
+pub(crate) mod sampling_args;
+pub(crate) mod source;
+
+use std::time::Instant;
+
+use glam::DVec3;
+use serde_json::{Map, Value, json};
+use umbel::{
+    Bake, BakeOccluders, BakeOptions, Error, Falloff, Frame, LoadOptions, Occluders, Polarity, SampleSet,
+    Scene, SurfaceOptions, SurfaceScene, TracedRay, Weighting, check_output, check_uvs, load, load_surfaces,
+    names_surfaces, rays_around,
+};
+
+use crate::args::Common;
+use crate::bake::args::{BakeArgs, OccluderArgs};
+use crate::bake::dial::Dial;
+use crate::bake::files::Files;
+use crate::bake::gltf::Patched;
+use crate::bake::source::{Extent, Results, Source};
+use crate::render::{available_bytes, limit_memory, load_scene, print_run, progress, say};
+use crate::report::{Report, Times, timed};
+
+/// The most bytes that a piece takes where the user sets no limit.
+const PIECE_BYTES: u64 = 1 << 30;
+
+/// Bytes that surfaces on demand take: those of a round of micropolygons.
+const SURFACE_BYTES: u64 = 100 << 20;
+
+/// Bytes that the engine takes for each triangle: its corners in order, and what it covers, per thread.
+fn triangle_bytes() -> u64 {
+    42 + 48 * rayon::current_num_threads() as u64
+}
+
+/// Memory that is needed, and how it is used.
+pub(crate) struct Plan {
+    /// Units at once.
+    pub(crate) piece: usize,
+    /// Receivers at once, at most.
+    receivers: u64,
+    /// Values in all.
+    values: u64,
+    /// All bytes together, the scene apart.
+    forecast: u64,
+}
+
+/// `umbel bake`.
+pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
+    args.check()?;
+    let (mut times, start) = (Times::default(), Instant::now());
+    let (scene, patched) = match Patched::load(args, common, &mut times)? {
+        Some((patched, scene)) => (scene, Some(patched)),
+        None => (load_scene(&args.scene, common, &mut times)?, None),
+    };
+    let mut options = args.options(&scene);
+    let mut bake = Bake::new(options)?;
+    let occluders = timed(&mut times.load, || occluders(&scene, &args.occluders, common))?;
+    let mut plan = make_plan(args, &bake, (&scene, &occluders), common)?;
+    // Not after hours of work.
+    args.outputs().chain(&common.report).try_for_each(|path| check_output(path))?;
+    if common.verbose {
+        anstream::eprintln!("about {} bytes, {} receivers at once", plan.forecast, plan.receivers);
+    }
+    let triangles = occluders.geometry()?;
+    let source = timed(&mut times.receivers, || Source::new(args, &scene))?;
+    warn(&source, common);
+    let dial = Dial { options, source: &source, triangles: &triangles, piece: plan.piece, common, start };
+    let choice = args.dial.goal().map(|goal| dial.choose(goal)).transpose()?;
+    if let Some(choice) = &choice {
+        options.rays = choice.setting;
+        bake = Bake::new(options)?;
+        plan = make_plan(args, &bake, (&scene, &occluders), common)?;
+        choice.say(common);
+    }
+    let surfaces = timed(&mut times.load, || surfaces(&args.occluders, common))?;
+    let around = rays_around(scene.bounds().union(source.points_bounds()), plan.values as usize);
+    let dicing = args.occluders.made.dicing();
+    let among = BakeOccluders { triangles: &triangles, surfaces: &surfaces, around, dicing };
+    let found = run(&bake, (&source, among), (plan.piece, options.bent), common, &mut times)?;
+    let mut hash = blake3::Hasher::new();
+    let (stats, rays) = (found.stats, usize::try_from(found.rays).unwrap_or(usize::MAX));
+    let mut more = report_fields(&options, &source, &found, &plan);
+    more.extend(choice.map(|choice| ("dial".to_owned(), choice.json())));
+    if common.verbose {
+        anstream::eprintln!("{} receivers, {} rays", found.receivers, found.rays);
+    }
+    timed(&mut times.write, || {
+        let files = Files { args, common, scene: &scene, source: &source, patched };
+        files.write(found, options.polarity, &mut hash)
+    })?;
+    if common.verbose {
+        print_run(&times, &stats);
+    }
+    let report = Report {
+        command: "bake",
+        scene: &scene,
+        rays,
+        options: common.options(),
+        times: &times,
+        stats,
+        hash: hash.finalize(),
+    };
+    common.report.as_deref().map_or(Ok(()), |path| report.write_with(path, more))
+}
+
+/// The scene with what else occludes it.
+pub(crate) fn occluders<'a>(
+    scene: &'a Scene,
+    args: &OccluderArgs,
+    common: &Common,
+) -> Result<Occluders<'a>, Error> {
+    let mut occluders = Occluders::new(scene);
+    for name in args.scenes.iter().filter(|name| !args.is_on_demand(name)) {
+        occluders.add(&load(name, LoadOptions { drop_non_finite: common.drop_non_finite })?)?;
+    }
+    if args.ground_plane {
+        occluders.add_ground(args.up.unwrap_or(DVec3::Y))?;
+    }
+    Ok(occluders)
+}
+
+/// The further scenes that are surfaces on demand.
+fn surfaces(args: &OccluderArgs, common: &Common) -> Result<Vec<SurfaceScene>, Error> {
+    let load = LoadOptions { drop_non_finite: common.drop_non_finite };
+    let read = |name: &String| {
+        let made = if names_surfaces(name) {
+            SurfaceOptions::default()
+        } else {
+            args.made.options(load, args.height)?
+        };
+        load_surfaces(name, made)
+    };
+    let found: Vec<SurfaceScene> =
+        args.scenes.iter().filter(|name| args.is_on_demand(name)).map(read).collect::<Result<_, _>>()?;
+    found.iter().for_each(|scene| say(&scene.warnings, common));
+    Ok(found)
+}
+
+/// Decides how many receivers are taken at once, or stops before the start where memory is too short for any number.
+pub(crate) fn make_plan(
+    args: &BakeArgs,
+    bake: &Bake,
+    (scene, occluders): (&Scene, &Occluders<'_>),
+    common: &Common,
+) -> Result<Plan, Error> {
+    let extent = Extent::new(args, scene);
+    let traced =
+        if args.dump_rays.is_some() { bake.directions() * 2 * size_of::<TracedRay>() as u64 } else { 0 };
+    // What every mode takes for a triangle is counted where the limit is checked.
+    let triangles = (triangle_bytes() - 6) * scene.triangles.len() as u64;
+    let surfaces = if args.occluders.has_surfaces() { SURFACE_BYTES } else { 0 };
+    let fixed = surfaces
+        + extent.bytes
+        + extent.units * extent.per_unit * traced
+        + occluders.copied_bytes()
+        + triangles
+        + bake.map_bytes();
+    let limit = common.max_memory.or_else(available_bytes).unwrap_or(u64::MAX);
+    let left = limit.saturating_sub(fixed + 6 * scene.triangles.len() as u64);
+    let left = if common.max_memory.is_some() { left } else { left.min(PIECE_BYTES) };
+    let piece = extent.piece(bake, left);
+    let receivers = piece * extent.per_unit;
+    let forecast = fixed + receivers * bake.receiver_bytes();
+    limit_memory(forecast, scene, args.target().remedy(), common)?;
+    // In range: it is at most the number of units.
+    Ok(Plan { piece: piece as usize, receivers, values: extent.values, forecast })
+}
+
+/// About how many bytes `umbel bake --vertices` needs with the options that it has by default, the scene apart.
+pub(crate) fn vertices_forecast(scene: &Scene) -> Result<u64, Error> {
+    let (bake, extent) = (Bake::new(BakeOptions::default())?, Extent::of_vertices(scene));
+    let piece = extent.piece(&bake, PIECE_BYTES) * bake.receiver_bytes();
+    Ok(extent.bytes + piece + triangle_bytes() * scene.triangles.len() as u64)
+}
+
+/// Says what is odd about texture coordinates.
+fn warn(source: &Source<'_>, common: &Common) {
+    if let (Source::Texels(atlas, _), false) = (source, common.quiet) {
+        say(&check_uvs(atlas).warnings(), common);
+    }
+}
+
+/// Bakes piece by piece, as often as the options say.
+pub(crate) fn run<'a>(
+    bake: &Bake,
+    (source, occluders): (&Source<'_>, impl Into<BakeOccluders<'a>>),
+    (piece, with_bent): (usize, bool),
+    common: &Common,
+    times: &mut Times,
+) -> Result<Results, Error> {
+    let (options, occluders) = (common.options(), occluders.into());
+    let count = source.units();
+    let what = if matches!(source, Source::Texels(..)) { "rows" } else { source.name() };
+    let progress = progress(u32::try_from(count).unwrap_or(u32::MAX), what, common);
+    let (mut frame, mut found) = (Frame::keeping_order(), Results::new(source, with_bent));
+    for repeat in 0..common.repeat {
+        if !common.keep_order {
+            frame = Frame::keeping_order();
+        }
+        if repeat > 0 {
+            found = Results::new(source, with_bent);
+        }
+        let (mut milliseconds, mut receivers_milliseconds) = (0.0, 0.0);
+        for first in (0..count).step_by(piece) {
+            let end = count.min(first + piece);
+            let (receivers, texels) = timed(&mut receivers_milliseconds, || source.piece(first, end));
+            let baked = timed(&mut milliseconds, || bake.run(occluders, &receivers, &mut frame, &options))?;
+            found.take(&receivers, &texels, baked);
+            progress.set_position(end as u64);
+        }
+        if repeat == 0 {
+            times.receivers += receivers_milliseconds;
+        }
+        times.engine.push(milliseconds);
+    }
+    progress.finish_and_clear();
+    Ok(found)
+}
+
+/// What the report has beyond that of other verbs.
+fn report_fields(
+    options: &BakeOptions,
+    source: &Source<'_>,
+    found: &Results,
+    plan: &Plan,
+) -> Map<String, Value> {
+    let bake = json!({
+        "of": source.name(),
+        "values": plan.values,
+        "receivers": found.receivers,
+        "rays_per_receiver": options.rays,
+        "set": match options.set {
+            SampleSet::Shared => "shared",
+            SampleSet::Interleaved => "interleaved",
+            SampleSet::Independent => "independent",
+        },
+        "weighting": if options.weighting == Weighting::Cosine { "cosine" } else { "uniform" },
+        "max_distance": options.reach.max_distance,
+        "falloff": if options.reach.falloff == Falloff::Linear { "linear" } else { "none" },
+        "polarity": if options.polarity == Polarity::Openness { "openness" } else { "occlusion" },
+        "depth_maps": options.depth_maps.map(|maps| maps.size),
+        "seed": options.seed,
+        "receivers_at_once": plan.receivers,
+        "forecast_bytes": plan.forecast,
+    });
+    Map::from_iter([("bake".to_owned(), bake)])
+}

@@ -1,0 +1,52 @@
+//! The command `umbel`.
+
+mod args;
+mod bake;
+mod interrupt;
+mod machine;
+mod options;
+mod picture;
+mod probe;
+mod render;
+mod report;
+mod reyes;
+mod shadow;
+mod trade;
+mod visible;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use umbel::Error;
+
+use crate::args::{Cli, Command};
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    cli.common.color.write_global();
+    interrupt::exit_on_interrupt();
+    match run(&cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            anstream::eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// Runs the verb on a pool of the wanted size.
+fn run(cli: &Cli) -> Result<(), Error> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.common.threads).build();
+    let pool = pool.map_err(|error| Error::Usage(format!("--threads {}: {error}", cli.common.threads)))?;
+    pool.install(|| match &cli.command {
+        Command::Render(args) => render::render(args, &cli.common),
+        Command::Probe(args) => probe::probe(args, &cli.common),
+        Command::Visible(args) => visible::visible_triangles(args, &cli.common),
+        Command::Shadow(args) => shadow::shadow(args, &cli.common),
+        Command::Bake(args) => bake::bake(args, &cli.common),
+        Command::Reyes(args) => reyes::reyes(args, &cli.common),
+        Command::Trade(args) => trade::trade(args, &cli.common),
+        Command::Verify(args) => render::verify_scene(args, &cli.common),
+        Command::Info(args) => render::info_scene(args, &cli.common),
+    })
+}

@@ -1,0 +1,191 @@
+//! Lights and shadows on the command line.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use glam::DVec3;
+use umbel::{Error, Origin, Pencil, Scene, names_surfaces, point_light, sun_light, surface_view};
+
+use crate::options::camera::CameraArgs;
+use crate::options::dial::DialArgs;
+use crate::options::parse::parse_vector;
+use crate::reyes::args::SurfaceArgs;
+
+/// The resolutions that `--compare` measures where none are named.
+const COMPARED_SIZES: [u32; 4] = [256, 512, 1024, 2048];
+
+/// Where light comes from.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Lights")]
+pub(crate) struct LightArgs {
+    /// Position of a point light; may be given several times
+    #[arg(long = "light", value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+    points: Vec<DVec3>,
+
+    /// Direction toward a sun, of any length; may be given several times
+    #[arg(long = "sun", value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+    suns: Vec<DVec3>,
+}
+
+impl LightArgs {
+    /// Whether none is given.
+    pub(crate) fn is_none(&self) -> bool {
+        self.points.is_empty() && self.suns.is_empty()
+    }
+
+    /// The lights: points first, each kind in the order of the command line.
+    pub(crate) fn lights(&self) -> Result<Vec<Origin>, Error> {
+        let checked = |option: &str, given: &DVec3, light: Origin| {
+            let DVec3 { x, y, z } = *given;
+            let refused = |error| Error::Usage(format!("{option} {x},{y},{z}: {error}"));
+            Pencil::new(light, Vec::new()).map(|_| light).map_err(refused)
+        };
+        let points = self.points.iter().map(|given| checked("--light", given, point_light(*given)));
+        let suns = self.suns.iter().map(|given| checked("--sun", given, sun_light(*given)));
+        points.chain(suns).collect()
+    }
+
+    /// The lights for shadows: of one kind, and at least one, if need be that of a built-in scene.
+    pub(crate) fn shadow_lights(&self, scene: &Scene) -> Result<Vec<Origin>, Error> {
+        let lights = self.lights()?;
+        if !lights.is_empty() {
+            return Ok(lights);
+        }
+        let view = scene.name.strip_prefix("builtin:").and_then(surface_view);
+        let view = view.ok_or_else(|| {
+            Error::Usage("no light: give --light X,Y,Z, a position, or --sun X,Y,Z, a direction".into())
+        })?;
+        Ok(vec![point_light(DVec3::from_array(view.light))])
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ShadowArgs {
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell; or surfaces on demand, as `umbel reyes` has them
+    #[arg(default_value = "builtin:umbel")]
+    pub(crate) scene: String,
+
+    /// The map of distances that the light sees: a cube as .npy, .exr, .ktx2 or .png (to look at), a sun's square map as
+    /// .npy, .exr or .png. Several lights need {light} in the name, or .npy
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// Exact shadows in the camera's picture: 1 lit, 0 shadowed, .npy or .png. Without a surface NaN, or white
+    #[arg(long, value_name = "FILE")]
+    pub(crate) mask: Option<PathBuf>,
+
+    /// Samples per pixel of the mask
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) samples: u32,
+
+    /// Count where cube maps of these sizes differ from the exact mask; without sizes 256,512,1024,2048
+    #[arg(long, value_name = "N,N,...", num_args = 0..=1, require_equals = true, default_missing_value = "",
+        value_parser = parse_sizes)]
+    pub(crate) compare: Option<Sizes>,
+
+    /// Texels along one side of a sun's map [default: 1024]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=32768))]
+    map_size: Option<u32>,
+
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+
+    /// Another scene that casts shadows and is not seen in the mask, surfaces on demand included; may be given several times
+    #[arg(long, value_name = "SCENE")]
+    pub(crate) occluders: Vec<String>,
+
+    #[command(flatten)]
+    pub(crate) surfaces: SurfaceArgs,
+
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+
+    #[command(flatten)]
+    pub(crate) dial: DialArgs,
+}
+
+/// Sizes of cube maps.
+#[derive(Debug, Clone)]
+pub(crate) struct Sizes(pub(crate) Vec<u32>);
+
+impl ShadowArgs {
+    /// Refuses options that contradict each other or would be ignored. Nothing has been read yet.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let (points, suns) = (!self.lights.points.is_empty(), !self.lights.suns.is_empty());
+        let has_dial = self.dial.goal().is_some();
+        self.dial
+            .refuse_beside("--cube-size", self.camera.view.cube_size.is_some() && !self.camera.is_cube())?;
+        let picture = self.mask.is_some() || self.compare.is_some() || has_dial;
+        let refused = [
+            (
+                has_dial && suns,
+                "--max-error and --time-budget choose the cube of a --light, whose shadows are looked up and compared; nothing \
+                 looks shadows up in a sun's map: give --map-size, or take --mask, which is exact and needs no map",
+            ),
+            (
+                has_dial && self.output.is_none(),
+                "--max-error and --time-budget choose the size of a light's cube: they go with --light and -o",
+            ),
+            (
+                self.output.is_none() && !picture,
+                "nothing to do: give -o FILE for the light's map, --mask FILE for shadows in a picture, or --compare",
+            ),
+            (points && suns, "--light and --sun make maps of different shapes: run them one after the other"),
+            (
+                suns && self.compare.is_some(),
+                "--compare measures the cube maps of point lights: give --light, not --sun",
+            ),
+            (
+                self.camera.is_given(self.surfaces.made.is_displaced()) && !picture,
+                "the camera's options go with --mask or --compare; -o is what the light sees",
+            ),
+            (self.samples > 1 && self.mask.is_none(), "--samples goes with --mask"),
+            (
+                self.map_size.is_some() && !(suns && self.output.is_some()),
+                "--map-size goes with --sun and -o; the cube of a --light takes --cube-size",
+            ),
+            (
+                self.camera.view.cube_size.is_some()
+                    && !self.camera.is_cube()
+                    && (suns || self.output.is_none()),
+                "--cube-size goes with --light and -o; a sun's map takes --map-size, a picture --size, \
+                 --compare its own sizes, such as --compare=256,1024",
+            ),
+        ];
+        let on_demand = self.is_of_surface() || self.occluders.iter().any(|name| names_surfaces(name));
+        self.surfaces.check(&self.camera)?;
+        let refused = refused.into_iter().chain([
+            (
+                on_demand && (self.compare.is_some() || has_dial),
+                "--compare, --max-error and --time-budget are for triangles: surfaces on demand have another shape in each map",
+            ),
+            (
+                on_demand && self.camera.lens.bends_lines(),
+                "surfaces are diced for rays on a grid: use --camera pinhole, ortho or cube",
+            ),
+        ]);
+        let first = refused.into_iter().find(|(refused, _)| *refused);
+        first.map_or(Ok(()), |(_, why)| Err(Error::Usage(why.into())))
+    }
+
+    /// Whether a surface on demand is seen, no triangles.
+    pub(crate) fn is_of_surface(&self) -> bool {
+        self.surfaces.made.is_given() || names_surfaces(&self.scene)
+    }
+
+    /// Texels along one side of the light's map.
+    pub(crate) fn map_size(&self) -> u32 {
+        let size = if self.lights.suns.is_empty() { self.camera.view.cube_size } else { self.map_size };
+        size.unwrap_or(1024)
+    }
+}
+
+/// "N,N,..." as sizes of cube maps; nothing stands for the usual ones.
+fn parse_sizes(text: &str) -> Result<Sizes, String> {
+    if text.is_empty() {
+        return Ok(Sizes(COMPARED_SIZES.to_vec()));
+    }
+    let size = |part: &str| part.trim().parse().ok().filter(|size| (1..=32768).contains(size));
+    let sizes: Option<Vec<u32>> = text.split(',').map(size).collect();
+    sizes.map(Sizes).ok_or_else(|| "expected sizes from 1 to 32768 such as 256,1024".into())
+}

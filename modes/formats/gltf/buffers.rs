@@ -1,0 +1,93 @@
+//! The bytes behind a document's buffers: the chunk of a GLB, data URIs, files beside it.
+//!
+//! Based on: Khronos Group, "glTF 2.0 Specification", version 2.0.1, 2021, section 3.6 "Binary Data Storage"; Larry
+//! Masinter, "The data URL scheme", RFC 2397, 1998.
+
+use std::fs;
+use std::path::Path;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig, STANDARD};
+use base64::{alphabet, engine::DecodePaddingMode};
+use percent_encoding::percent_decode_str;
+
+use crate::error::Problem;
+use crate::formats::gltf::document::{Buffer, broken};
+
+/// Takes base64 with and without its padding.
+const LENIENT: GeneralPurpose = GeneralPurpose::new(
+    &alphabet::STANDARD,
+    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
+);
+/// How the data URI of a buffer begins.
+const BUFFER_URI: &str = "data:application/octet-stream;base64,";
+
+/// The bytes of all buffers. A buffer has none where an extension alone knows them; who needs it then says so.
+///
+/// `bin` is the chunk of the GLB, which is the first buffer if that has no URI.
+pub(crate) fn load(
+    buffers: &[Buffer],
+    folder: &Path,
+    mut bin: Option<Vec<u8>>,
+) -> Result<Vec<Option<Vec<u8>>>, Problem> {
+    let mut loaded = Vec::with_capacity(buffers.len());
+    for (index, buffer) in buffers.iter().enumerate() {
+        let bytes = match &buffer.uri {
+            Some(uri) => Some(fetch(uri, folder, index)?),
+            None if index == 0 => bin.take(),
+            None => None,
+        };
+        if let Some(bytes) = bytes.as_ref().filter(|bytes| bytes.len() < buffer.byte_length) {
+            return Err(broken(format!(
+                "buffers[{index}] states {} bytes, but has only {}",
+                buffer.byte_length,
+                bytes.len()
+            )));
+        }
+        loaded.push(bytes);
+    }
+    Ok(loaded)
+}
+
+/// The bytes that a URI stands for.
+fn fetch(uri: &str, folder: &Path, index: usize) -> Result<Vec<u8>, Problem> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let data = data.split_once(";base64,").map(|(_, data)| data);
+        let bytes = data.and_then(|data| LENIENT.decode(data.trim_ascii()).ok());
+        return bytes.ok_or_else(|| broken(format!("the data URI of buffers[{index}] is not base64")));
+    }
+    let Some(name) = file_name(uri) else {
+        let what = format!("buffers[{index}] lies at {uri}, which is not a file beside this one");
+        let remedy = "Download it, and name the local file in the glTF file.";
+        return Err(Problem { line: None, what, remedy });
+    };
+    let path = folder.join(&name);
+    // Devices and pipes may never end.
+    let bytes = match fs::metadata(&path) {
+        Ok(metadata) if !metadata.is_file() => Err("not a file".to_owned()),
+        Ok(_) => fs::read(&path).map_err(|error| error.to_string()),
+        Err(error) => Err(error.to_string()),
+    };
+    bytes.map_err(|error| Problem {
+        line: None,
+        what: format!("buffers[{index}] is in {}, which cannot be read: {error}", path.display()),
+        remedy: "Put that file where the glTF file expects it; a .gltf is copied together with what it names.",
+    })
+}
+
+/// The relative path in a URI; `None` for data and for what has a scheme (`https:`).
+pub(crate) fn file_name(uri: &str) -> Option<String> {
+    let scheme = uri.split_once(':').map(|(scheme, _)| scheme);
+    // A single letter is a drive.
+    let has_scheme = scheme.is_some_and(|scheme| {
+        scheme.len() > 1 && scheme.bytes().all(|b| b.is_ascii_alphanumeric() || b"+-.".contains(&b))
+    });
+    if has_scheme { None } else { Some(percent_decode_str(uri).decode_utf8_lossy().into_owned()) }
+}
+
+/// A URI that holds the bytes of a buffer.
+pub(crate) fn data_uri(bytes: &[u8]) -> String {
+    let mut uri = BUFFER_URI.to_owned();
+    STANDARD.encode_string(bytes, &mut uri);
+    uri
+}

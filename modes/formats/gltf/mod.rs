@@ -1,0 +1,150 @@
+//! glTF 2.0 and GLB files: read as a scene, kept whole, and written back with ambient occlusion.
+//!
+//! ```no_run
+//! use std::path::Path;
+//! use umbel::{GltfFile, GltfOptions, VertexTarget};
+//!
+//! let (mut file, scene) = GltfFile::read(Path::new("in.glb"), &GltfOptions::default())?;
+//! let openness = vec![1.0; scene.positions.len()]; // one number a vertex, 1 = open
+//! file.add_vertex_occlusion(&openness, VertexTarget::Ao)?;
+//! file.write(Path::new("out.glb"))?;
+//! # Ok::<(), umbel::Error>(())
+//! ```
+//!
+//! Based on: Khronos Group, "glTF 2.0 Specification", version 2.0.1, 2021.
+
+pub(crate) mod accessor;
+pub(crate) mod buffers;
+pub(crate) mod container;
+pub(crate) mod document;
+pub(crate) mod extensions;
+pub(crate) mod nodes;
+pub(crate) mod optics;
+pub(crate) mod scene;
+pub(crate) mod write;
+
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::error::Error;
+use crate::error::Problem;
+use crate::formats::gltf::accessor::Data;
+use crate::formats::gltf::container::{Container, open};
+use crate::formats::gltf::document::Document;
+use crate::scene::Scene;
+
+/// How to read a glTF file.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct GltfOptions {
+    /// Leave out triangles with a NaN or infinite position and warn, instead of refusing the file. The position itself
+    /// becomes the origin, so that vertices stay those of the file.
+    pub drop_non_finite: bool,
+    /// The set of texture coordinates: n of `TEXCOORD_n`. An occlusion texture will name it, too.
+    pub uv_set: u32,
+}
+
+/// Where a part of a scene comes from: one primitive of a mesh at one node.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct GltfOrigin {
+    /// Index into the file's `nodes`.
+    pub node: usize,
+    /// Index into the file's `meshes`.
+    pub mesh: usize,
+    /// Index into the mesh's `primitives`.
+    pub primitive: usize,
+    /// Its triangles in the scene. Empty where all were dropped.
+    pub triangles: Range<u32>,
+    /// Its vertices: indices into [`Scene::positions`], in the order of the primitive's accessors. Primitives of one node
+    /// that share their accessors share this range.
+    pub vertices: Range<u32>,
+    /// Whether it has the set of texture coordinates that was asked for.
+    pub has_uvs: bool,
+}
+
+/// A glTF or GLB file in memory, with all that it holds.
+///
+/// What is not understood (extensions, `extras`, animations) is written back as it was read, in its order; bytes of
+/// buffers stay where they are, new ones are appended.
+#[derive(Debug)]
+pub struct GltfFile {
+    pub(crate) path: PathBuf,
+    pub(crate) is_glb: bool,
+    pub(crate) json: Value,
+    /// The bytes of the buffers, as far as the file or its neighbours have them.
+    pub(crate) buffers: Vec<Option<Vec<u8>>>,
+    /// Whether the first of them is the BIN chunk.
+    pub(crate) bin_is_first: bool,
+    /// A BIN chunk that no buffer names.
+    pub(crate) spare_bin: Option<Vec<u8>>,
+    pub(crate) tail: Vec<u8>,
+    /// The buffer that was added because there is no BIN chunk to append to.
+    pub(crate) own_buffer: Option<usize>,
+    pub(crate) origins: Vec<GltfOrigin>,
+    pub(crate) uv_set: u32,
+}
+
+impl GltfFile {
+    /// Reads a file and the buffers that it names, and makes a scene of its default scene.
+    ///
+    /// The scene has one position for each vertex of each instance of a mesh, in the world; one object for each primitive
+    /// of each instance, named like its node or else its mesh; and all materials of the file, in its order. Triangles, strips
+    /// and fans are read, with or without indices, also sparse and quantized (`KHR_mesh_quantization`). Skins stand in
+    /// their bind pose, morph targets at weight 0. What is left out is noted in [`Scene::warnings`].
+    ///
+    /// # Errors
+    /// [`Error::Input`], with the place in the file, for what is not glTF 2.0, is cut off or contradicts itself, names files
+    /// that cannot be read, requires an extension that is not known (compressed meshes are refused by name), and for
+    /// positions that are not finite unless [`GltfOptions::drop_non_finite`] is set.
+    pub fn read(path: &Path, options: &GltfOptions) -> Result<(Self, Scene), Error> {
+        Self::try_read(path, options).map_err(|problem| problem.at(path))
+    }
+
+    fn try_read(path: &Path, options: &GltfOptions) -> Result<(Self, Scene), Problem> {
+        let bytes = fs::read(path).map_err(|error| Problem {
+            line: None,
+            what: format!("cannot be read: {error}"),
+            remedy: "Give the path of a glTF file that exists and that you may read.",
+        })?;
+        let Container { is_glb, json, mut bin, tail } = open(&bytes)?;
+        drop(bytes);
+        extensions::check_required(&json)?;
+        let document = Document::of(&json)?;
+        let bin_is_first = bin.is_some() && document.buffers.first().is_some_and(|first| first.uri.is_none());
+        let spare_bin = if bin_is_first { None } else { bin.take() };
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let buffers = buffers::load(&document.buffers, folder, bin)?;
+        let (mut scene, origins) = scene::build(Data { document: &document, buffers: &buffers }, options)?;
+        scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let file = Self {
+            path: path.to_owned(),
+            is_glb,
+            json,
+            buffers,
+            bin_is_first,
+            spare_bin,
+            tail,
+            own_buffer: None,
+            origins,
+            uv_set: options.uv_set,
+        };
+        Ok((file, scene))
+    }
+
+    /// Where the parts of the scene come from, in its order. Ranges of triangles are disjoint and ascending, and cover all.
+    #[must_use]
+    pub fn origins(&self) -> &[GltfOrigin] {
+        &self.origins
+    }
+}
+
+/// Reads a glTF or GLB file as a scene. [`GltfFile::read`] tells more, and its errors.
+///
+/// # Errors
+/// As [`GltfFile::read`].
+pub fn read_gltf(path: &Path, options: &GltfOptions) -> Result<Scene, Error> {
+    GltfFile::read(path, options).map(|(_, scene)| scene)
+}

@@ -1,0 +1,65 @@
+//! From a name on the command line to a scene: a file by its extension, or `builtin:NAME`.
+
+use std::path::Path;
+
+use crate::builtin;
+use crate::error::Error;
+use crate::scene::Scene;
+
+/// How to read a scene.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LoadOptions {
+    /// Leave out triangles with a NaN or infinite position, with a warning, instead of refusing the file.
+    pub drop_non_finite: bool,
+}
+
+/// Reads a file, or makes the built-in scene `builtin:NAME`.
+///
+/// # Errors
+/// When there is no such file or scene, its format is not read, or its content cannot be taken.
+#[cfg_attr(
+    not(any(feature = "gltf", feature = "obj")),
+    expect(unused_variables, reason = "only readers of files take options")
+)]
+pub fn load(name: &str, options: LoadOptions) -> Result<Scene, Error> {
+    if let Some(rule) = name.strip_prefix("builtin:") {
+        return builtin(rule);
+    }
+    let path = Path::new(name);
+    let extension =
+        path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_ascii_lowercase();
+    match extension.as_str() {
+        #[cfg(feature = "gltf")]
+        "glb" | "gltf" => {
+            let drop_non_finite = options.drop_non_finite;
+            crate::formats::gltf::read_gltf(
+                path,
+                &crate::formats::gltf::GltfOptions { drop_non_finite, ..Default::default() },
+            )
+        }
+        #[cfg(feature = "obj")]
+        "obj" => crate::formats::obj::read_obj(
+            path,
+            &crate::formats::obj::ObjOptions { drop_non_finite: options.drop_non_finite },
+        ),
+        _ => Err(unknown_format(path, &extension)),
+    }
+}
+
+/// The error for a format that is not read.
+fn unknown_format(path: &Path, extension: &str) -> Error {
+    let formats = [(cfg!(feature = "obj"), "OBJ (.obj)"), (cfg!(feature = "gltf"), "glTF 2.0 (.gltf, .glb)")];
+    let built: Vec<&str> =
+        formats.into_iter().filter(|&(is_built, _)| is_built).map(|(_, name)| name).collect();
+    let read = if built.is_empty() { "no file format in this build".to_owned() } else { built.join(", ") };
+    let problem = match extension {
+        "" => "the name has no extension, so the format is not known".to_owned(),
+        other => format!(".{other} files are not read"),
+    };
+    Error::Input {
+        path: path.to_owned(),
+        line: None,
+        problem,
+        remedy: format!("umbel reads {read} and builtin:umbel, builtin:cornell"),
+    }
+}

@@ -1,0 +1,5 @@
+//! Built-in surfaces on demand.
+
+pub(crate) mod field;
+pub(crate) mod teapot;
+pub(crate) mod terrain;

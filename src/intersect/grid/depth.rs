@@ -1,0 +1,153 @@
+//! The nearest hit of each ray of a tile, while it is worked on.
+//!
+//! Each ray keeps an interval that holds its depth key, see [`crate::intersect::grid::tile_keys`], and the number of a record: the id of
+//! the triangle and its key as a function of column and row, in f64. The interval decides the order wherever it can; where
+//! those of two triangles overlap, the exact order decides. The record gives the distance at the end, for all rays of a row
+//! that hit the same triangle at once.
+//!
+//! Records of triangles that have been hidden since are dropped when there is no room for more: a tile has fewer rays than
+//! records.
+//!
+//! Based on: Edwin Catmull, "A Subdivision Algorithm for Computer Display of Curved Surfaces", 1974 (the z-buffer).
+
+use std::mem::size_of;
+
+use fearless_simd::{prelude::*, u32x8};
+
+use crate::intersect::grid::tile_keys::{SIDE, TileKeys, eight_mut};
+use crate::simd::lanes::{Narrow, NarrowMask};
+
+/// Keys that err by no more than this part of themselves give the distance: 1 in 4000 is then rounded by the exact stage.
+pub(crate) const KEY_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
+/// Room for records: what a tile's rays may need, and some more, so that records are dropped rarely.
+const RECORDS: usize = SIDE * SIDE + 512;
+/// The record of rays that have hit nothing.
+const NO_RECORD: u32 = u32::MAX;
+
+/// A hit of one ray: its key lies in [lo, hi].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Candidate {
+    pub(crate) lo: f32,
+    pub(crate) hi: f32,
+    pub(crate) record: u32,
+}
+
+/// A triangle that some ray of the tile has hit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Record {
+    /// The key c + xk_x + yk_y at column x and row y of the tile.
+    pub(crate) key: [f64; 3],
+    /// The least magnitude of the key that gives the distance: 1/[`KEY_ERROR`] times the error, rounded up.
+    pub(crate) least: f32,
+    pub(crate) id: u32,
+}
+
+impl Record {
+    /// A triangle's record, with the error of its key.
+    #[inline(always)]
+    pub(crate) fn new(id: u32, key: [f64; 3], error: f64) -> Self {
+        Self { key, least: (error * ((1.0 + f64::from(f32::EPSILON)) / KEY_ERROR)) as f32, id }
+    }
+}
+
+/// What the rays of a tile have hit so far, row by row.
+#[derive(Debug)]
+pub(crate) struct TileDepth {
+    /// How near they are.
+    pub(crate) keys: TileKeys,
+    /// The record of each ray.
+    pub(crate) nearest: [[u32; SIDE]; SIDE],
+    pub(crate) records: Vec<Record>,
+}
+
+impl TileDepth {
+    /// Bytes of the records of a buffer.
+    pub(crate) const RECORD_BYTES: usize = RECORDS * size_of::<Record>();
+
+    /// A buffer; [`TileKeys::clear`] and [`TileDepth::make_ready`] ready it.
+    pub(crate) fn new() -> Self {
+        Self {
+            keys: TileKeys::new(),
+            nearest: [[NO_RECORD; SIDE]; SIDE],
+            records: Vec::with_capacity(RECORDS),
+        }
+    }
+
+    /// Readies the buffer.
+    #[inline(never)]
+    pub(crate) fn make_ready(&mut self) {
+        self.keys.make_ready();
+        self.nearest.fill([NO_RECORD; SIDE]);
+        self.records.clear();
+    }
+
+    /// The number that the next record will have.
+    #[inline(always)]
+    pub(crate) fn next_record(&mut self) -> u32 {
+        if self.records.len() == RECORDS {
+            self.drop_hidden();
+        }
+        // In range: there are at most RECORDS.
+        self.records.len() as u32
+    }
+
+    /// Adds the record that some rays refer to by now.
+    #[inline(always)]
+    pub(crate) fn record(&mut self, record: Record) {
+        self.records.push(record);
+    }
+
+    /// Drops the records that no ray refers to. O(rays + records).
+    #[cold]
+    fn drop_hidden(&mut self) {
+        let mut places = vec![NO_RECORD; self.records.len()];
+        let mut kept = Vec::with_capacity(RECORDS);
+        for record in self.nearest.as_flattened_mut().iter_mut().filter(|record| **record != NO_RECORD) {
+            let old = *record as usize;
+            if places[old] == NO_RECORD {
+                places[old] = kept.len() as u32;
+                kept.push(self.records[old]);
+            }
+            *record = places[old];
+        }
+        self.records = kept;
+    }
+
+    /// Keeps bounds and the number of a record for some of eight rays from column `x` of row `y`, the others having the
+    /// second of the bounds. The row of blocks is to be told by
+    /// [`HierarchicalZ::mark_stale`].
+    #[inline(always)]
+    pub(crate) fn keep<S: Simd>(
+        &mut self,
+        simd: S,
+        (x, y): (u32, u32),
+        mask: NarrowMask<S>,
+        bounds: [[Narrow<S>; 2]; 2],
+        record: u32,
+    ) {
+        self.keys.keep((x, y), mask, bounds);
+        let nearest = eight_mut(&mut self.nearest[y as usize % SIDE], x);
+        let other = u32x8::from_slice(simd, nearest);
+        mask.select(u32x8::simd_from(simd, record), other).store_slice(nearest);
+    }
+
+    /// The nearest hit of a ray, with the id of its triangle.
+    pub(crate) fn nearest(&self, x: u32, y: u32) -> Option<(Candidate, u32)> {
+        let record = self.nearest[y as usize][x as usize];
+        let id = self.records.get(record as usize)?.id;
+        let [lo, hi] = self.keys.at(x, y);
+        Some((Candidate { lo, hi, record }, id))
+    }
+
+    /// The key of a record at column x and row y.
+    pub(crate) fn key(&self, record: u32, x: u32, y: u32) -> f64 {
+        let [c, along_x, along_y] = self.records[record as usize].key;
+        c + along_x * f64::from(x) + along_y * f64::from(y)
+    }
+
+    /// Keeps a hit.
+    pub(crate) fn put(&mut self, x: u32, y: u32, Candidate { lo, hi, record }: Candidate) {
+        self.nearest[y as usize][x as usize] = record;
+        self.keys.put(x, y, [lo, hi]);
+    }
+}

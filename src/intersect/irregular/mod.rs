@@ -1,0 +1,8 @@
+//! Points anywhere on a film, taken in packets.
+
+pub(crate) mod bounds;
+pub(crate) mod order;
+pub(crate) mod packets;
+pub(crate) mod projection;
+pub(crate) mod shadow;
+pub(crate) mod sightings;

@@ -1,0 +1,199 @@
+//! Receivers as a light sees them: where its rays pierce the faces of a cube around it, or the plane of two coordinates.
+//!
+//! From a light at l the point at l + A, with k the axis of the largest component of A and w = |A_k|, is seen at (A_i, A_j)/w on
+//! the face of k; its depth key is 1/w. Rays along D meet the plane of the coordinates i and j, where k is the axis of the
+//! largest component of D, at (p_i, p_j) − p_k·(D_i, D_j)/D_k; the key follows from the coordinate ±p_k.
+//!
+//! Each place is a few roundings of f64 from the true one, as a part of the coordinates: at most 4u on a face.
+//!
+//! Eight points at a time: one by one took 330 instructions for each, a third of a query.
+//!
+//! Based on: Ned Greene, "Environment Mapping and Other Applications of World Projections", 1986 (cube maps).
+
+use fearless_simd::prelude::*;
+use glam::DVec3;
+
+use crate::intersect::irregular::packets::CLUSTER;
+use crate::intersect::irregular::projection::Plane;
+use crate::objects::gather;
+use crate::rays::pencil::Origin;
+use crate::rays::receiver::Receiver;
+use crate::simd::lanes::{LANES, LaneMask, Lanes, Narrow, Points, bits, narrow};
+
+/// Rounding a key to f32, with its own error of a few roundings of f64.
+const KEY_SLACK: f32 = 1.0 / (1 << 22) as f32;
+/// Keys beyond this are as good as infinite.
+const KEY_LIMIT: f64 = 1e37;
+
+/// What makes columns, rows and keys of places and depths: (x − offset)·factor for each.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ToTile {
+    pub(crate) at: [[f64; 2]; 2],
+    pub(crate) depth: [f64; 2],
+}
+
+/// The receivers of a cluster on one face.
+#[derive(Debug)]
+pub(crate) struct Sightings {
+    pub(crate) count: usize,
+    /// Places on the face. The last one is repeated up to a multiple of eight.
+    pub(crate) at: [[f64; CLUSTER]; 2],
+    /// 1/w from a point; the coordinate ±p_k for a direction.
+    pub(crate) depth: [f64; CLUSTER],
+    /// Their places among the receivers.
+    pub(crate) places: [u16; CLUSTER],
+}
+
+/// Eight receivers.
+struct Eight<S: Simd> {
+    at: [Lanes<S>; 2],
+    depth: Lanes<S>,
+    /// The number of the face, see [`Plane::face`].
+    face: Lanes<S>,
+}
+
+impl Sightings {
+    /// None.
+    pub(crate) fn new() -> Self {
+        Self { count: 0, at: [[0.0; CLUSTER]; 2], depth: [0.0; CLUSTER], places: [0; CLUSTER] }
+    }
+
+    /// Sees at most [`CLUSTER`] receivers: those on one face, or all of them. Tells the first and the last face.
+    #[inline(always)]
+    pub(crate) fn see<S: Simd>(
+        &mut self,
+        simd: S,
+        light: Origin,
+        (receivers, ids): (&[Receiver], &[u32]),
+        only: Option<usize>,
+    ) -> [usize; 2] {
+        let mut count = 0;
+        let mut first_face = Lanes::simd_from(simd, f64::INFINITY);
+        let mut last_face = -first_face;
+        for (index, eight) in ids.chunks(LANES).enumerate() {
+            let Eight { at, depth, face } = see_eight(simd, light, gather::points_of(simd, receivers, eight));
+            (first_face, last_face) = (first_face.min(face), last_face.max(face));
+            let Some(only) = only else {
+                at[0].store_slice(&mut self.at[0][count..count + LANES]);
+                at[1].store_slice(&mut self.at[1][count..count + LANES]);
+                depth.store_slice(&mut self.depth[count..count + LANES]);
+                count += LANES;
+                continue;
+            };
+            let (at, depth) = ([at[0].to_array(), at[1].to_array()], depth.to_array());
+            let here = (1 << eight.len()) - 1;
+            for lane in bits(face.simd_eq(only as f64).to_bitmask() & here) {
+                (self.at[0][count], self.at[1][count]) = (at[0][lane], at[1][lane]);
+                // In range: a cluster is smaller.
+                (self.depth[count], self.places[count]) = (depth[lane], (index * LANES + lane) as u16);
+                count += 1;
+            }
+        }
+        self.count = count.min(ids.len());
+        if only.is_none() {
+            (0..).zip(&mut self.places[..self.count]).for_each(|(index, place)| *place = index);
+        } else if let Some(last) = self.count.checked_sub(1) {
+            let end = self.count.next_multiple_of(LANES);
+            let [x, y] = &mut self.at;
+            for numbers in [x, y, &mut self.depth] {
+                let repeated = numbers[last];
+                numbers[self.count..end].fill(repeated);
+            }
+        }
+        // In range: 0 to 5.
+        let least = first_face.to_array().into_iter().fold(f64::INFINITY, f64::min);
+        let greatest = last_face.to_array().into_iter().fold(0.0, f64::max);
+        [least as usize, greatest as usize]
+    }
+
+    /// The least and the greatest place on each axis, and the greatest magnitude of a depth.
+    #[inline(always)]
+    pub(crate) fn extent<S: Simd>(&self, simd: S) -> ([[f64; 2]; 2], f64) {
+        let infinite = Lanes::simd_from(simd, f64::INFINITY);
+        let (mut lo, mut hi, mut size) = ([infinite; 2], [-infinite; 2], infinite * 0.0);
+        size = size.max(Lanes::simd_from(simd, 0.0));
+        for first in (0..self.count).step_by(LANES) {
+            for axis in 0..2 {
+                let at = Lanes::from_slice(simd, &self.at[axis][first..first + LANES]);
+                (lo[axis], hi[axis]) = (lo[axis].min(at), hi[axis].max(at));
+            }
+            size = size.max(Lanes::from_slice(simd, &self.depth[first..first + LANES]).abs());
+        }
+        let least = |lanes: [f64; LANES]| lanes.into_iter().fold(f64::INFINITY, f64::min);
+        let greatest = |lanes: [f64; LANES]| lanes.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let axis = |k: usize| [least(lo[k].to_array()), greatest(hi[k].to_array())];
+        ([axis(0), axis(1)], greatest(size.to_array()))
+    }
+
+    /// Columns and rows of eight receivers from one on.
+    #[inline(always)]
+    pub(crate) fn places_on<S: Simd>(&self, simd: S, first: usize, to_tile: &ToTile) -> [Narrow<S>; 2] {
+        let mut places = [Narrow::simd_from(simd, 0.0); 2];
+        for (axis, place) in places.iter_mut().enumerate() {
+            let at = Lanes::from_slice(simd, &self.at[axis][first..first + LANES]);
+            let [offset, factor] = to_tile.at[axis];
+            *place = narrow((at - offset) * factor);
+        }
+        places
+    }
+
+    /// Bounds of their keys in f32. The lower ones are finite or −∞: +∞ is left to mark what is settled.
+    #[inline(always)]
+    pub(crate) fn keys_on<S: Simd>(&self, simd: S, first: usize, to_tile: &ToTile) -> (Narrow<S>, Narrow<S>) {
+        let depth = Lanes::from_slice(simd, &self.depth[first..first + LANES]);
+        let [offset, factor] = to_tile.depth;
+        keys_around(simd, (depth - offset) * factor)
+    }
+}
+
+/// Bounds of keys in f32, as in [`Sightings::keys_on`].
+#[inline(always)]
+pub(crate) fn keys_around<S: Simd>(simd: S, key: Lanes<S>) -> (Narrow<S>, Narrow<S>) {
+    let limit = Lanes::simd_from(simd, KEY_LIMIT);
+    let infinite = Narrow::simd_from(simd, f32::INFINITY);
+    let rounded = narrow(key.min(limit).max(-limit));
+    let slack = rounded.abs() * KEY_SLACK + f32::MIN_POSITIVE;
+    let is_less = rounded.simd_lt(KEY_LIMIT as f32);
+    let is_more = rounded.simd_gt(-KEY_LIMIT as f32);
+    (is_more.select(rounded - slack, -infinite), is_less.select(rounded + slack, infinite))
+}
+
+/// Sees eight points.
+#[inline(always)]
+fn see_eight<S: Simd>(simd: S, light: Origin, points: Points<S>) -> Eight<S> {
+    match light {
+        Origin::Point(light) => from_point(simd, points.minus(Points::splat(simd, light))),
+        Origin::Infinity(direction) => along(simd, points, direction),
+    }
+}
+
+/// Eight vectors from a light, on the faces of a cube.
+#[inline(always)]
+fn from_point<S: Simd>(simd: S, Points { x, y, z }: Points<S>) -> Eight<S> {
+    let zero = Lanes::simd_from(simd, 0.0);
+    let (size_x, size_y, size_z) = (x.abs(), y.abs(), z.abs());
+    // As in `Plane::of`: of equal components the first one counts.
+    let is_x = size_x.simd_ge(size_y) & size_x.simd_ge(size_z);
+    let is_y = size_y.simd_ge(size_z);
+    let ahead = is_x.select(x, is_y.select(y, z));
+    let right = is_x.select(y, is_y.select(z, x));
+    let up = is_x.select(z, is_y.select(x, y));
+    let inverse = (zero + 1.0) / ahead.abs();
+    // A receiver at the light is seen anywhere.
+    let seen: LaneMask<S> = ahead.abs().simd_gt(zero);
+    let at = [seen.select(right * inverse, zero), seen.select(up * inverse, zero)];
+    let face = is_x.select(zero, is_y.select(zero + 2.0, zero + 4.0));
+    let face = face + ahead.simd_lt(zero).select(zero + 1.0, zero);
+    Eight { at, depth: inverse, face }
+}
+
+/// Eight points along parallel rays.
+#[inline(always)]
+fn along<S: Simd>(simd: S, points: Points<S>, direction: DVec3) -> Eight<S> {
+    let plane = Plane::of(Origin::Infinity(direction), direction);
+    let [ahead, right, up] = plane.axes();
+    let depth = points.dot(ahead);
+    let slope = |axis: DVec3| direction.dot(axis) / direction.dot(ahead);
+    let at = [points.dot(right) - depth * slope(right), points.dot(up) - depth * slope(up)];
+    Eight { at, depth, face: Lanes::simd_from(simd, plane.face() as f64) }
+}

@@ -1,0 +1,11 @@
+//! The recursion: rays and objects are divided together, one folder for each kind of ray set.
+
+pub(crate) mod bundle;
+pub(crate) mod by_origin;
+pub(crate) mod directions;
+pub(crate) mod general;
+pub(crate) mod grid;
+pub(crate) mod irregular;
+pub(crate) mod pencil;
+pub(crate) mod ray_set;
+pub(crate) mod scattered;

@@ -1,0 +1,205 @@
+//! What is tested against triangles where rays share no origin: rays, segments, rays that leave receivers. With each goes the
+//! nearest hit so far.
+//!
+//! A hit is kept as bounds of its t. Two hits whose bounds do not overlap need no exact comparison.
+
+use glam::DVec3;
+use prefetch_index::prefetch_index;
+
+use crate::exact::predicates::{Distance, covers, within_interval};
+use crate::geometry::ray::Ray;
+use crate::geometry::ray::Ties;
+use crate::geometry::triangles::Triangles;
+use crate::intersect::bundle::pairs::Known;
+use crate::intersect::scattered::depth::precedes;
+use crate::rays::hemisphere::AmbientRay;
+use crate::rays::hits::NO_TRIANGLE;
+use crate::rays::pencil::Origin;
+use crate::rays::pencil::Rays;
+use crate::rays::receiver::{Receiver, blocks, culling_ray};
+use crate::rays::segment::Segment;
+use crate::simd::lanes::LANES;
+use crate::stats::Stats;
+
+/// What is tested against the triangles.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Probes<'a> {
+    /// Rays.
+    Rays(Rays<'a>),
+    /// Segments: any triangle that blocks one will do.
+    Segments(&'a [Segment]),
+    /// A light and what it may not see.
+    Shadows(Origin, &'a [Receiver]),
+    /// Rays that leave receivers: any triangle that blocks one will do.
+    Ambient(&'a [AmbientRay]),
+}
+
+/// The nearest hit of a probe so far: t lies in [lo, hi]. Without a hit, hi is the end of the ray.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Nearest {
+    pub(crate) id: u32,
+    pub(crate) lo: f64,
+    pub(crate) hi: f64,
+}
+
+impl Nearest {
+    /// Nothing was hit before the end of the ray.
+    pub(crate) fn none(t_max: f64) -> Self {
+        Self { id: NO_TRIANGLE, lo: t_max, hi: t_max }
+    }
+
+    /// Whether something was hit.
+    pub(crate) fn is_hit(&self) -> bool {
+        self.id != NO_TRIANGLE
+    }
+}
+
+/// Any ray.
+pub(crate) const A_RAY: Ray =
+    Ray { origin: DVec3::ZERO, direction: DVec3::X, t_min: 0.0, t_max: f64::INFINITY };
+
+impl Probes<'_> {
+    /// The number of probes.
+    pub(crate) fn len(&self) -> usize {
+        match self {
+            Self::Rays(rays) => rays.len(),
+            Self::Segments(segments) => segments.len(),
+            Self::Shadows(_, receivers) => receivers.len(),
+            Self::Ambient(rays) => rays.len(),
+        }
+    }
+
+    /// The ray of a probe: that of a segment or a shadow is good for culling only.
+    #[inline]
+    pub(crate) fn ray(&self, index: u32) -> Ray {
+        match self {
+            Self::Rays(rays) => rays.ray(index),
+            Self::Segments(segments) => segments[index as usize].as_ray(),
+            Self::Shadows(light, receivers) => culling_ray(*light, &receivers[index as usize]),
+            Self::Ambient(rays) => rays[index as usize].ray,
+        }
+    }
+
+    /// The rays of eight probes: where they are, or made in `space`.
+    #[inline(always)]
+    pub(crate) fn eight<'b>(&'b self, probes: [u32; LANES], space: &'b mut [Ray; LANES]) -> [&'b Ray; LANES] {
+        // A ray is a line of the cache that is read and no more, unless it is copied first.
+        match self {
+            Self::Rays(Rays::General(rays)) => probes.map(|probe| &rays[probe as usize]),
+            Self::Ambient(rays) => probes.map(|probe| &rays[probe as usize].ray),
+            _ => {
+                for (ray, probe) in space.iter_mut().zip(probes) {
+                    *ray = self.ray(probe);
+                }
+                space.each_ref()
+            }
+        }
+    }
+
+    /// Has the ray of a probe read into the cache, where it is read and not made.
+    #[inline]
+    pub(crate) fn prefetch(&self, probe: u32) {
+        // It need not begin with a line of the cache; the one that follows begins where it ends.
+        match self {
+            Self::Rays(Rays::General(rays)) => {
+                prefetch_index(rays, probe as usize);
+                prefetch_index(rays, probe as usize + 1);
+            }
+            Self::Ambient(rays) => prefetch_index(rays, probe as usize),
+            _ => {}
+        }
+    }
+
+    /// Whether the rays of the probes are what is tested, and not for culling only.
+    pub(crate) fn are_rays(&self) -> bool {
+        matches!(self, Self::Rays(_) | Self::Ambient(_))
+    }
+
+    /// Tests a probe and its ray against a triangle of which something is known. Otherwise like [`Self::test`].
+    #[inline]
+    pub(crate) fn test_known(
+        &self,
+        (probe, ray): (u32, &Ray),
+        (id, verdict): (u32, Option<Known>),
+        triangles: &Triangles<'_>,
+        nearest: &mut Nearest,
+        stats: &mut Stats,
+    ) -> bool {
+        if let Some(Known { lo, hi, from_behind }) = verdict {
+            match self {
+                Self::Rays(_) if lo > nearest.hi => return false,
+                Self::Rays(_) if !nearest.is_hit() || hi < nearest.lo => {
+                    *nearest = Nearest { id, lo, hi };
+                    return true;
+                }
+                Self::Ambient(rays) => {
+                    let ray = &rays[probe as usize];
+                    let blocked = ray.owner != id && (ray.back_faces || !from_behind);
+                    nearest.id = if blocked { id } else { nearest.id };
+                    return blocked;
+                }
+                // It is as near as the nearest, as far as is known.
+                _ => {}
+            }
+        }
+        self.test((probe, ray), id, triangles, nearest, stats)
+    }
+
+    /// Tests a probe and its ray against a triangle, exactly, and keeps it if it is nearer; of rays alone it is asked what is
+    /// nearer. Returns whether it was kept.
+    #[inline]
+    pub(crate) fn test(
+        &self,
+        (probe, ray): (u32, &Ray),
+        id: u32,
+        triangles: &Triangles<'_>,
+        nearest: &mut Nearest,
+        stats: &mut Stats,
+    ) -> bool {
+        let blocked = match self {
+            Self::Rays(rays) => return test_ray((ray, rays.ties()), id, triangles, nearest, stats),
+            Self::Segments(segments) => segments[probe as usize].is_blocked_by(id, &triangles.triangle(id)),
+            Self::Shadows(light, receivers) => {
+                let receiver = &receivers[probe as usize];
+                blocks(*light, receiver, (id, &triangles.triangle(id)), &mut stats.ambiguous_coverage)
+            }
+            Self::Ambient(rays) => {
+                let ray = &rays[probe as usize];
+                ray.is_blocked_by(id, &triangles.triangle(id), &mut stats.ambiguous_coverage)
+            }
+        };
+        if blocked {
+            nearest.id = id;
+        }
+        blocked
+    }
+}
+
+/// Tests one ray against one triangle and keeps what is nearer. Most triangles that are asked for lie around the ray's line,
+/// so the distance decides more often than coverage, and is asked for first.
+#[inline]
+fn test_ray(
+    (ray, ties): (&Ray, Ties),
+    id: u32,
+    triangles: &Triangles<'_>,
+    nearest: &mut Nearest,
+    stats: &mut Stats,
+) -> bool {
+    let triangle = triangles.triangle(id);
+    let Some(distance) = Distance::ahead(ray, &triangle) else { return false };
+    let (least, greatest) = distance.bounds();
+    if least > nearest.hi
+        || !covers(ray, &triangle, ties, &mut stats.ambiguous_coverage)
+        || !within_interval(ray, &distance)
+    {
+        return false;
+    }
+    let nearer = !nearest.is_hit()
+        || greatest < nearest.lo
+        || precedes(ray, id, nearest.id, triangles, &mut stats.ambiguous_order);
+    if nearer {
+        let hi = if greatest < nearest.hi { greatest } else { nearest.hi };
+        *nearest = Nearest { id, lo: least, hi };
+    }
+    nearer
+}

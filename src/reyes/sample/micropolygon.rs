@@ -1,0 +1,54 @@
+//! One of the two triangles of a micropolygon, and its order among others.
+//!
+//! Triangles at the same distance come in the order of their surfaces' ids, then of their corners and parameters. So the
+//! order is one of values alone, and it does not matter who found them, when, or how often.
+
+use std::cmp::Ordering;
+
+use crate::exact::filter::Sign;
+use crate::exact::predicates::Distance;
+use crate::geometry::ray::Ray;
+use crate::geometry::triangles::{Triangle, widen};
+
+/// A triangle of a grid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Micropolygon {
+    pub(crate) surface: u32,
+    pub(crate) corners: [[f32; 3]; 3],
+    /// (u, v) of the corners.
+    pub(crate) parameters: [[f64; 2]; 3],
+}
+
+/// The corners in f64.
+pub(crate) fn triangle_of(corners: &[[f32; 3]; 3]) -> Triangle {
+    let [a, b, c] = corners.map(widen);
+    Triangle { a, b, c }
+}
+
+impl Micropolygon {
+    /// The order of triangles at the same distance.
+    pub(crate) fn order(&self, other: &Self) -> Ordering {
+        let corners = [self, other].map(|triangle| triangle.corners.as_flattened());
+        let parameters = [self, other].map(|triangle| triangle.parameters.as_flattened());
+        self.surface
+            .cmp(&other.surface)
+            .then_with(|| lexicographic(corners, f32::total_cmp))
+            .then_with(|| lexicographic(parameters, f64::total_cmp))
+    }
+
+    /// Whether this one comes before the other along a ray that hits both.
+    pub(crate) fn precedes(&self, other: &Self, ray: &Ray, ambiguous: &mut u64) -> bool {
+        let (one, another) = (triangle_of(&self.corners), triangle_of(&other.corners));
+        match Distance::new(ray, &one).compare(&Distance::new(ray, &another), ambiguous) {
+            Sign::Negative => true,
+            Sign::Zero => self.order(other) == Ordering::Less,
+            Sign::Positive => false,
+        }
+    }
+}
+
+/// The order of the first difference.
+fn lexicographic<T>([one, other]: [&[T]; 2], order: fn(&T, &T) -> Ordering) -> Ordering {
+    let pairs = one.iter().zip(other);
+    pairs.map(|(x, y)| order(x, y)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+}
