@@ -32,7 +32,8 @@ pub use geometry::ray::Ray;
 pub use objects::offset::Side;
 pub use rays::film::{Film, GridFilm};
 pub use rays::hemisphere::{Above, Grouping, Hemisphere, Occlusion, OpenRays, RaySample, RaySamples};
-pub use rays::pencil::{Origin, Pencil, Rays};
+pub use rays::origin::Origin;
+pub use rays::pencil::{Pencil, Rays};
 pub use rays::receiver::Receiver;
 pub use rays::segment::Segment;
 
@@ -49,8 +50,7 @@ pub use reyes::reference::{DicedTriangles, dice_all};
 pub use reyes::sample::hits::SurfaceHits;
 pub use reyes::shadow::shadowed_on_demand;
 
-pub use intersect::general::partition::Partition;
-pub use options::{Accuracy, Options, Path};
+pub use options::{Accuracy, Options, Partition, Path};
 pub use query::frame::Frame;
 pub use query::{any_hit, blocked, closest_hit, open_rays, shadowed};
 pub use rays::hits::{Hit, Hits, NO_TRIANGLE};

@@ -5,9 +5,8 @@ use std::borrow::Cow;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::error::Error;
-use crate::error::first_wrong;
-use crate::geometry::aabb::Aabb;
+use crate::error::{Error, first_wrong};
+use crate::geometry::aabb::{Aabb, widen};
 
 /// The id of a triangle: its index in the slice given to [`Triangles::new`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -51,7 +50,7 @@ impl<'a> Triangles<'a> {
     /// Tells where groups of consecutive triangles end, such as the objects of a scene: the k-th group has the triangles from
     /// `ends[k - 1]`, or 0, to `ends[k]`. Without groups, all triangles are one. O(groups).
     ///
-    /// [`Partition::Given`](crate::intersect::general::partition::Partition::Given) divides between groups before it divides a group. A hierarchy is given
+    /// [`Partition::Given`](crate::options::Partition::Given) divides between groups before it divides a group. A hierarchy is given
     /// flat, its leaves in the order of a walk through it: neighbours are then of one parent. Never changes an output.
     ///
     /// ```
@@ -158,9 +157,4 @@ impl Triangle {
     pub(crate) fn edges(&self) -> [(DVec3, DVec3); 3] {
         [(self.a, self.b), (self.b, self.c), (self.c, self.a)]
     }
-}
-
-/// An f32 point in f64, exactly.
-pub(crate) fn widen(p: [f32; 3]) -> DVec3 {
-    DVec3::from_array(p.map(f64::from))
 }

@@ -7,14 +7,11 @@ use glam::DVec3;
 use prefetch_index::prefetch_index;
 
 use crate::exact::predicates::{Distance, covers, within_interval};
-use crate::geometry::ray::Ray;
-use crate::geometry::ray::Ties;
+use crate::geometry::ray::{Ray, Ties};
 use crate::geometry::triangles::Triangles;
-use crate::intersect::bundle::pairs::Known;
-use crate::intersect::scattered::depth::precedes;
 use crate::rays::hemisphere::AmbientRay;
-use crate::rays::hits::NO_TRIANGLE;
-use crate::rays::pencil::Origin;
+use crate::rays::hits::{NO_TRIANGLE, precedes};
+use crate::rays::origin::Origin;
 use crate::rays::pencil::Rays;
 use crate::rays::receiver::{Receiver, blocks, culling_ray};
 use crate::rays::segment::Segment;
@@ -52,6 +49,16 @@ impl Nearest {
     pub(crate) fn is_hit(&self) -> bool {
         self.id != NO_TRIANGLE
     }
+}
+
+/// What is known of a pair that certainly is a hit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Known {
+    /// Bounds of t.
+    pub(crate) lo: f64,
+    pub(crate) hi: f64,
+    /// Whether d·N > 0.
+    pub(crate) from_behind: bool,
 }
 
 /// Any ray.

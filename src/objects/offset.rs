@@ -20,9 +20,9 @@ use robust::{Coord, orient2d};
 
 use crate::exact::filter::{Cross, Sign};
 use crate::exact::predicates::{collinear, facing, orientation};
+use crate::geometry::aabb::widen;
 use crate::geometry::ray::Ray;
-use crate::geometry::triangles::{Triangle, widen};
-use crate::geometry::triangles::{TriangleId, Triangles};
+use crate::geometry::triangles::{Triangle, TriangleId, Triangles};
 
 /// The distance from every edge, in ulp of the largest coordinate.
 const INSET_ULPS: f64 = 8.0;

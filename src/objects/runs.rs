@@ -17,9 +17,10 @@ use rayon::prelude::*;
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::Triangles;
+use crate::objects::boxes::Boxes;
 use crate::objects::gather::bounds;
 use crate::objects::morton::{bytes_for, of_triangles};
-use crate::simd::lanes::{Boxes, LANES};
+use crate::simd::lanes::LANES;
 
 /// Triangles per run.
 pub(crate) const RUN: usize = 16;

@@ -9,12 +9,13 @@
 
 use crate::error::Error;
 use crate::geometry::triangles::Triangles;
-use crate::objects::runs::Order;
 use crate::options::Options;
-use crate::query;
+use crate::query::path;
+use crate::query::path::Kept;
 use crate::rays::hemisphere::{Occlusion, OpenRays};
 use crate::rays::hits::Hits;
-use crate::rays::pencil::{Origin, Rays};
+use crate::rays::origin::Origin;
+use crate::rays::pencil::Rays;
 use crate::rays::receiver::Receiver;
 use crate::stats::{Stats, TileStats};
 
@@ -36,11 +37,7 @@ use crate::stats::{Stats, TileStats};
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct Frame {
-    pub(crate) hits: Hits,
-    pub(crate) order: Option<Order>,
-    pub(crate) tiles: Vec<TileStats>,
-    pub(crate) pairs: Vec<u32>,
-    pub(crate) counts_pairs: bool,
+    kept: Kept,
     keeps_order: bool,
 }
 
@@ -61,7 +58,7 @@ impl Frame {
     /// rays go in bundles.
     #[must_use]
     pub fn counting_pairs(self) -> Self {
-        Self { counts_pairs: true, ..self }
+        Self { kept: Kept { counts_pairs: true, ..self.kept }, ..self }
     }
 
     /// Finds the nearest triangle along each ray, as [`crate::query::closest_hit`] does, into this frame.
@@ -75,9 +72,9 @@ impl Frame {
         options: &Options,
     ) -> Result<Stats, Error> {
         if !self.keeps_order {
-            self.order = None;
+            self.kept.order = None;
         }
-        query::run(triangles, rays.into(), options, false, self)
+        path::hits(triangles, rays.into(), options, false, &mut self.kept)
     }
 
     /// Finds which receivers a light does not see, as [`crate::query::shadowed`] does. The hits of this frame stay what they are.
@@ -92,9 +89,9 @@ impl Frame {
         options: &Options,
     ) -> Result<(Vec<bool>, Stats), Error> {
         if !self.keeps_order {
-            self.order = None;
+            self.kept.order = None;
         }
-        query::run_shadowed(triangles, (light, receivers), options, self)
+        path::shadowed(triangles, (light, receivers), options, &mut self.kept)
     }
 
     /// Finds which rays of receivers are open, as [`crate::query::open_rays`] does. The hits of this frame stay what they are.
@@ -108,21 +105,21 @@ impl Frame {
         options: &Options,
     ) -> Result<(OpenRays, Stats), Error> {
         if !self.keeps_order {
-            self.order = None;
+            self.kept.order = None;
         }
-        query::run_open_rays(triangles, occlusion, options, self)
+        path::open_rays(triangles, occlusion, options, &mut self.kept)
     }
 
     /// The hits of the last query.
     #[must_use]
     pub fn hits(&self) -> &Hits {
-        &self.hits
+        &self.kept.hits
     }
 
     /// What each tile of a pencil's film cost in the last query; nothing, where it was no pencil or took the general path.
     #[must_use]
     pub fn tiles(&self) -> &[TileStats] {
-        &self.tiles
+        &self.kept.tiles
     }
 
     /// The pairs of each ray with a triangle whose edge functions were evaluated in the last query: the sum is
@@ -144,12 +141,17 @@ impl Frame {
     /// ```
     #[must_use]
     pub fn pairs(&self) -> &[u32] {
-        &self.pairs
+        &self.kept.pairs
+    }
+
+    /// The pairs of each ray, to keep.
+    pub(crate) fn into_pairs(self) -> Vec<u32> {
+        self.kept.pairs
     }
 
     /// The hits of the last query, to keep.
     #[must_use]
     pub fn into_hits(self) -> Hits {
-        self.hits
+        self.kept.hits
     }
 }

@@ -14,15 +14,14 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::geometry::triangles::Triangles;
-use crate::intersect::bundle::{Objects, WINDOW, Workspace};
+use crate::intersect::bundle::stream::{Objects, WINDOW, Workspace};
 use crate::intersect::general;
 use crate::intersect::ray_set::Probes;
 use crate::objects::morton;
 use crate::objects::morton::along_curve;
-use crate::objects::point_order::PointGrid;
 use crate::rays::hemisphere::{AmbientRay, Occlusion, OpenRays};
-use crate::rays::hits::Hits;
-use crate::rays::hits::NO_TRIANGLE;
+use crate::rays::hits::{Hits, NO_TRIANGLE};
+use crate::rays::point_order::PointGrid;
 use crate::stats::Stats;
 
 /// Rays of a batch for the general path, which looks at all triangles for each.

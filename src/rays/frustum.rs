@@ -17,11 +17,11 @@ use fearless_simd::prelude::*;
 use glam::DVec3;
 
 use crate::exact::filter::{Approx, Cross};
-use crate::geometry::aabb::Aabb;
-use crate::geometry::aabb::U;
+use crate::geometry::aabb::{Aabb, U};
+use crate::objects::boxes::Boxes;
 use crate::rays::film::GridFilm;
-use crate::rays::pencil::Origin;
-use crate::simd::lanes::{Boxes, LANES, Lanes, Points};
+use crate::rays::origin::Origin;
+use crate::simd::lanes::{LANES, Lanes, Points};
 
 /// Evaluating g·A: one rounding of A, one of the product, two of the sum; one more pays for forming the bound.
 const DOT_SLACK: f64 = 5.0 * U;

@@ -12,33 +12,7 @@ use crate::error::Error;
 use crate::geometry::ray::{Ray, Ties, check_direction, check_origin};
 use crate::rays::film::{Film, GridFilm};
 use crate::rays::frustum::Projection;
-
-/// The common origin of a pencil.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Origin {
-    /// w = 1: all rays start here. Films hold directions.
-    Point(DVec3),
-    /// w = 0: all rays have this direction. Films hold start points.
-    Infinity(DVec3),
-}
-
-impl Origin {
-    /// How edge functions of zero get their sign.
-    pub(crate) fn ties(self) -> Ties {
-        match self {
-            Self::Point(_) => Ties::Direction,
-            Self::Infinity(_) => Ties::Origin,
-        }
-    }
-
-    /// The ray through a sample of a film.
-    pub(crate) fn ray(self, sample: DVec3) -> Ray {
-        match self {
-            Self::Point(origin) => Ray::new(origin, sample),
-            Self::Infinity(direction) => Ray::new(sample, direction),
-        }
-    }
-}
+use crate::rays::origin::Origin;
 
 /// Rays through a common origin, on one or more films. Ray indices run through the films in order, row by row in a grid.
 #[derive(Debug, Clone, PartialEq)]

@@ -13,11 +13,10 @@ use glam::DVec3;
 
 use crate::error::Error;
 use crate::exact::predicates::covers;
-use crate::geometry::ray::Ray;
-use crate::geometry::ray::{Ties, check_direction, check_origin};
-use crate::geometry::triangles::TriangleId;
-use crate::geometry::triangles::{Triangle, widen};
-use crate::rays::pencil::Origin;
+use crate::geometry::aabb::widen;
+use crate::geometry::ray::{Ray, Ties, check_direction, check_origin};
+use crate::geometry::triangles::{Triangle, TriangleId};
+use crate::rays::origin::Origin;
 use crate::rays::segment::Segment;
 
 /// A point that may lie in shadow.

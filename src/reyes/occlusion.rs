@@ -14,11 +14,11 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::geometry::aabb::Aabb;
+use crate::geometry::aabb::widen;
 use crate::geometry::triangles::Triangles;
-use crate::geometry::triangles::widen;
 use crate::options::Options;
+use crate::query::call::{check_call, in_pool};
 use crate::query::frame::Frame;
-use crate::query::{check_call, in_pool};
 use crate::rays::hemisphere::{Occlusion, OpenRays, RaySamples};
 use crate::reyes::dice::batch::Batch;
 use crate::reyes::dice::density::{Around, Density};

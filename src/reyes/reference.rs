@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::geometry::triangles::Triangles;
 use crate::options::Options;
+use crate::query::call::{check_call, in_pool};
 use crate::query::frame::Frame;
-use crate::query::{check_call, in_pool};
 use crate::rays::hits::Hits;
 use crate::rays::hits::NO_TRIANGLE;
 use crate::rays::pencil::Pencil;
@@ -223,7 +223,7 @@ pub(crate) fn see_all<S: OnDemand>(
     for first in (0..pencil.len()).step_by(LANES) {
         dispatch!(level, simd => see_eight(simd, (&diced, frame.hits()), pencil, first, &mut row));
     }
-    seen.pairs = frame.pairs;
+    seen.pairs = frame.into_pairs();
     Ok(stats)
 }
 

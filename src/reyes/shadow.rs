@@ -26,22 +26,23 @@ use crate::error::Error;
 use crate::geometry::triangles::{TriangleId, Triangles};
 use crate::intersect::general;
 use crate::intersect::irregular::order::LightGrid;
-use crate::intersect::irregular::packets::{CLUSTER, Packets};
-use crate::intersect::irregular::projection::Plane;
+use crate::intersect::irregular::packets::Packets;
 use crate::intersect::irregular::shadow::{FaceFilm, KEPT, block, start};
+use crate::intersect::irregular::sightings::CLUSTER;
 use crate::intersect::irregular::sightings::Sightings;
 use crate::intersect::pencil::leaf::{LeafDepth, Workspace, greatest_key};
 use crate::intersect::ray_set::Probes;
 use crate::objects::morton::{along_curve, bytes_for};
 use crate::objects::runs::{Order, Runs};
 use crate::options::{Options, Path};
+use crate::query::call::{check_call, in_pool};
 use crate::query::frame::Frame;
-use crate::query::{check_call, in_pool, run_shadowed};
 use crate::rays::frustum::{Frustum, Interval};
 use crate::rays::hits::Hits;
 use crate::rays::hits::NO_TRIANGLE;
-use crate::rays::pencil::Origin;
+use crate::rays::origin::Origin;
 use crate::rays::pencil::Pencil;
+use crate::rays::projection::Plane;
 use crate::rays::receiver;
 use crate::rays::receiver::Receiver;
 use crate::reyes::closest::{Item, enter};
@@ -82,7 +83,7 @@ pub fn shadowed_on_demand<S: OnDemand>(
     if options.path == Path::General {
         let diced = dice_all(surfaces, view, dicing)?;
         let triangles = Triangles::new(diced.positions(), diced.indices())?;
-        return run_shadowed(&triangles, (light, &receivers), options, &mut Frame::new());
+        return Frame::new().shadowed(&triangles, light, &receivers, options);
     }
     let query = Query { surfaces, density: &density, dicing, light, receivers: &receivers, options, level };
     in_pool(|| query.run())?

@@ -20,7 +20,9 @@ use glam::DVec3;
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::ray::Ray;
-use crate::simd::lanes::{Boxes, EightRays, LANES, Lanes, Narrow, Points, narrow};
+use crate::intersect::bundle::eight_rays::EightRays;
+use crate::objects::boxes::Boxes;
+use crate::simd::lanes::{LANES, Lanes, Narrow, Points, narrow};
 
 /// Octants of directions.
 pub(crate) const OCTANTS: usize = 8;

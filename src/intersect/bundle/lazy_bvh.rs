@@ -24,9 +24,10 @@ use rayon::prelude::*;
 use crate::geometry::triangles::Triangles;
 use crate::intersect::bundle::cull_space::CullingSpace;
 use crate::intersect::bundle::sah::{FANOUT, Item, MANY, Section, divide};
+use crate::objects::boxes::Boxes;
 use crate::objects::gather::eight_corners;
 use crate::rays::hits::NO_TRIANGLE;
-use crate::simd::lanes::{Boxes, LANES, Narrow};
+use crate::simd::lanes::{LANES, Narrow};
 
 /// Divisions on the way from all objects to a part; deeper ones are by number alone. Real scenes have ten.
 const DEEP: u32 = 40;

@@ -19,8 +19,10 @@ use crate::exact::filter::TRIPLE_PRODUCT_ERROR;
 use crate::geometry::aabb::U;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangles;
+use crate::intersect::bundle::eight_rays::EightRays;
+use crate::intersect::ray_set::Known;
 use crate::objects::gather;
-use crate::simd::lanes::{EightRays, LANES, LaneMask, Lanes, Points};
+use crate::simd::lanes::{LANES, LaneMask, Lanes, Points};
 
 /// What is known of eight pairs: bits, and bounds of t.
 #[derive(Debug, Clone, Copy)]
@@ -33,16 +35,6 @@ pub(crate) struct Verdicts {
     from_behind: u64,
     lo: [f64; LANES],
     hi: [f64; LANES],
-}
-
-/// What is known of a pair that certainly is a hit.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Known {
-    /// Bounds of t.
-    pub(crate) lo: f64,
-    pub(crate) hi: f64,
-    /// Whether d·N > 0.
-    pub(crate) from_behind: bool,
 }
 
 impl Verdicts {

@@ -9,7 +9,8 @@
 use fearless_simd::prelude::*;
 
 use crate::intersect::bundle::cull_space::{CulledRay, SLACK};
-use crate::simd::lanes::{Boxes, LANES, Narrow};
+use crate::objects::boxes::Boxes;
+use crate::simd::lanes::{LANES, Narrow};
 
 /// A bound for rays of one octant.
 #[derive(Debug, Clone, Copy)]

@@ -11,8 +11,8 @@ use glam::DVec3;
 
 use crate::exact::filter::{Cross, Sign};
 use crate::exact::predicates::orientation;
+use crate::geometry::aabb::widen as widen_point;
 use crate::geometry::triangles::Triangle;
-use crate::geometry::triangles::widen as widen_point;
 use crate::intersect::by_origin::{CROSS_ERROR, PacketQuery};
 use crate::objects::offset::Side;
 use crate::rays::hemisphere::{Above, Hemisphere};

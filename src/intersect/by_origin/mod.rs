@@ -24,19 +24,20 @@ use crate::exact::filter::{Cross, Sign};
 use crate::exact::predicates::orientation;
 use crate::geometry::aabb::Aabb;
 use crate::geometry::aabb::U;
+use crate::geometry::aabb::widen as widen_point;
 use crate::geometry::triangles::Triangle;
 use crate::geometry::triangles::Triangles;
-use crate::geometry::triangles::widen as widen_point;
 use crate::intersect::by_origin::edges::{Distances, Edges};
 use crate::intersect::by_origin::horizon_planes::Planes;
 use crate::intersect::directions::receivers::ReceiverCluster;
 use crate::intersect::directions::samples::{SAMPLES, SampleDirections};
+use crate::objects::boxes::Boxes;
 use crate::objects::gather;
 use crate::objects::runs::Runs;
 use crate::options::Accuracy;
 use crate::rays::hemisphere::Occlusion;
 use crate::rays::hits::NO_TRIANGLE;
-use crate::simd::lanes::{Boxes, LANES, LaneMask, Lanes, Narrow, NarrowMask, Points, bits, widen};
+use crate::simd::lanes::{LANES, LaneMask, Lanes, Narrow, NarrowMask, Points, bits, widen};
 use crate::stats::Stats;
 
 /// Five roundings in f32 of n, d, products and sums; the rest pays for what is of second order.

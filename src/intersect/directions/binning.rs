@@ -11,8 +11,8 @@ use glam::DVec3;
 
 use crate::geometry::aabb::Aabb;
 use crate::intersect::directions::cell_leaf::axis_of;
-use crate::intersect::irregular::projection::Plane;
-use crate::rays::pencil::Origin;
+use crate::rays::origin::Origin;
+use crate::rays::projection::Plane;
 use crate::simd::lanes::{LANES, Narrow};
 
 /// Places and t err by less than this part of the scene's size: a few roundings in f32.

@@ -11,18 +11,18 @@ use glam::DVec3;
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::Triangles;
-use crate::intersect::grid::hierarchical_z::TILE_SIDE;
 use crate::intersect::irregular::bounds::Bounds;
 use crate::intersect::irregular::packets::Functions;
-use crate::intersect::irregular::projection::Plane;
 use crate::intersect::irregular::sightings::{ToTile, keys_around};
+use crate::intersect::pencil::rect::TILE_SIDE;
 use crate::intersect::pencil::setup::{Setups, TileRays, exact_side, set_up};
 use crate::objects::gather;
 use crate::objects::gather::EightCorners;
 use crate::options::Accuracy;
 use crate::rays::film::Sampling;
 use crate::rays::hemisphere::{Occlusion, RaySample};
-use crate::rays::pencil::Origin;
+use crate::rays::origin::Origin;
+use crate::rays::projection::Plane;
 use crate::simd::lanes::{LANES, Lanes, Narrow, NarrowMask, bits, narrow, widen};
 use crate::stats::Stats;
 

@@ -20,8 +20,8 @@ use glam::DVec3;
 use crate::intersect::directions::binning::{Across, Grid, each_cell};
 use crate::intersect::directions::cell_leaf::{Cell, CellQuery, PACKETS};
 use crate::intersect::directions::packet_set::PacketSet;
-use crate::intersect::grid::hierarchical_z::least_of;
 use crate::objects::runs::{RUN, Runs};
+use crate::simd::lanes::least_of;
 use crate::simd::lanes::{LANES, Narrow, NarrowMask, bits};
 use crate::stats::Stats;
 

@@ -40,10 +40,10 @@ use crate::intersect::directions::receivers::{Horizons, PACKETS, RECEIVERS, Rece
 use crate::intersect::directions::samples::{SAMPLES, SampleDirections};
 use crate::objects::gather::{EightCorners, eight_corners};
 use crate::objects::morton::{along_curve, bytes_for};
-use crate::objects::point_order::PointGrid;
 use crate::objects::runs::{RUN, Runs};
 use crate::options::Accuracy;
 use crate::rays::hemisphere::{Grouping, Occlusion, OpenRays, RaySample};
+use crate::rays::point_order::PointGrid;
 use crate::simd::lanes::LANES;
 use crate::stats::Stats;
 

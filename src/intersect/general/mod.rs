@@ -22,6 +22,7 @@
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
 //! 2011, Algorithm 1; Benjamin Mora, "Naive Ray-Tracing: A Divide-and-Conquer Approach", 2011 (streaming in place).
 
+pub(crate) mod active;
 pub(crate) mod partition;
 pub(crate) mod slab;
 
@@ -30,12 +31,12 @@ use std::mem::size_of;
 use crate::exact::predicates::Distance;
 use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::Triangles;
-use crate::intersect::general::partition::Split;
-use crate::intersect::general::partition::sampled;
+use crate::intersect::general::active::{Active, partition};
 use crate::intersect::general::partition::spatial::{Halves, Ledger};
-use crate::intersect::general::partition::{Partition, given};
+use crate::intersect::general::partition::{Split, given, sampled};
 use crate::intersect::general::slab::Slabs;
 use crate::intersect::ray_set::{Nearest, Probes};
+use crate::options::Partition;
 use crate::rays::hits::Hits;
 use crate::stats::Stats;
 
@@ -53,16 +54,6 @@ const LOPSIDED: usize = 8;
 
 /// What a step reads of an object: its place, its vertices and their positions.
 const OBJECT_BYTES: usize = size_of::<u32>() + size_of::<[u32; 3]>() + size_of::<[[f32; 3]; 3]>();
-
-/// A ray on its way down, with the nearest hit so far.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Active {
-    pub(crate) slabs: Slabs,
-    pub(crate) nearest: Nearest,
-    ray: u32,
-    /// Pairs that were evaluated for it: what the others leave of 88 bytes.
-    tested: u32,
-}
 
 /// The query that all steps share.
 #[derive(Debug, Clone, Copy)]
@@ -277,18 +268,6 @@ impl Query<'_> {
 /// The box of some triangles.
 fn bounds_of(triangles: &Triangles<'_>, objects: &[u32]) -> Aabb {
     objects.iter().fold(Aabb::EMPTY, |bounds, &id| bounds.union(triangles.bounds(id)))
-}
-
-/// Moves what satisfies the predicate to the front and returns how many those are. O(n), in place.
-pub(crate) fn partition<T>(items: &mut [T], predicate: impl Fn(&T) -> bool) -> usize {
-    let mut kept = 0;
-    for index in 0..items.len() {
-        if predicate(&items[index]) {
-            items.swap(kept, index);
-            kept += 1;
-        }
-    }
-    kept
 }
 
 #[cfg(test)]

@@ -14,10 +14,10 @@ use crate::geometry::triangles::Triangles;
 use crate::intersect::grid::depth::{KEY_ERROR, Record, TileDepth};
 use crate::intersect::grid::hierarchical_z::BLOCK_SIDE;
 use crate::intersect::grid::tile_keys::{SIDE, eight};
-use crate::intersect::grid::tiles::{Row, Window};
+use crate::intersect::grid::tiles::Window;
 use crate::intersect::pencil::leaf::{FilmQuery, Tile};
-use crate::rays::hits::NO_TRIANGLE;
-use crate::rays::pencil::Origin;
+use crate::rays::hits::{NO_TRIANGLE, Row};
+use crate::rays::origin::Origin;
 use crate::simd::lanes::{LANES, Lanes, Narrow, NarrowMask, bits, narrow};
 
 /// The error of a key for 1/key and −key, with their roundings and that of the key to f32.

@@ -22,13 +22,13 @@ use fearless_simd::prelude::*;
 use crate::exact::predicates::covers;
 use crate::geometry::ray::Ray;
 use crate::intersect::grid::depth::{Candidate, Record, TileDepth};
-use crate::intersect::grid::hierarchical_z::{BLOCK_SIDE, TILE_SIDE};
-use crate::intersect::grid::tiles::Rect;
+use crate::intersect::grid::hierarchical_z::BLOCK_SIDE;
 use crate::intersect::pencil::leaf::{FilmQuery, LeafDepth, Tile};
+use crate::intersect::pencil::rect::{Rect, TILE_SIDE};
 use crate::intersect::pencil::setup::Setups;
-use crate::intersect::scattered::depth::precedes;
 use crate::options::Accuracy;
-use crate::rays::pencil::Origin;
+use crate::rays::hits::precedes;
+use crate::rays::origin::Origin;
 use crate::simd::lanes::{LANES, Narrow, bits};
 use crate::stats::Stats;
 

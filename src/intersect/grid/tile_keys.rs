@@ -7,8 +7,9 @@
 
 use fearless_simd::prelude::*;
 
-use crate::intersect::grid::hierarchical_z::{HierarchicalZ, TILE_SIDE, least_of};
-use crate::simd::lanes::{LANES, Narrow, NarrowMask, bits};
+use crate::intersect::grid::hierarchical_z::HierarchicalZ;
+use crate::intersect::pencil::rect::TILE_SIDE;
+use crate::simd::lanes::{LANES, Narrow, NarrowMask, bits, least_of};
 
 /// Rays along one side of a tile.
 pub(crate) const SIDE: usize = TILE_SIDE as usize;

@@ -5,8 +5,7 @@
 
 use fearless_simd::prelude::*;
 
-use crate::intersect::grid::hierarchical_z::least_of;
-use crate::simd::lanes::{LANES, Narrow};
+use crate::simd::lanes::{LANES, Narrow, least_of};
 
 /// The rectangles of packets or groups, eight by eight: \[first column, first row, last column, last row\], and the least of
 /// their points' keys.

@@ -3,6 +3,5 @@
 pub(crate) mod bounds;
 pub(crate) mod order;
 pub(crate) mod packets;
-pub(crate) mod projection;
 pub(crate) mod shadow;
 pub(crate) mod sightings;

@@ -17,13 +17,12 @@
 use fearless_simd::{prelude::*, u32x8};
 use glam::DVec3;
 
-use crate::geometry::aabb::Aabb;
-use crate::geometry::triangles::widen;
-use crate::intersect::irregular::packets::CLUSTER;
-use crate::intersect::irregular::projection::Plane;
+use crate::geometry::aabb::{Aabb, widen};
+use crate::intersect::irregular::sightings::CLUSTER;
 use crate::objects::gather;
 use crate::objects::morton::OnCurve;
-use crate::rays::pencil::Origin;
+use crate::rays::origin::Origin;
+use crate::rays::projection::Plane;
 use crate::rays::receiver::{Receiver, sample};
 use crate::simd::lanes::{LANES, Narrow};
 

@@ -21,19 +21,17 @@
 
 use fearless_simd::{prelude::*, u32x8};
 
-use crate::intersect::grid::hierarchical_z::least_of;
-use crate::intersect::grid::tiles::Rect;
 use crate::intersect::irregular::bounds::Bounds;
-use crate::intersect::irregular::sightings::{Sightings, ToTile};
+use crate::intersect::irregular::sightings::{CLUSTER, Sightings, ToTile};
 use crate::intersect::pencil::leaf::{LeafDepth, Tile};
+use crate::intersect::pencil::rect::Rect;
 use crate::intersect::pencil::setup::Setups;
 use crate::options::Accuracy;
 use crate::rays::receiver::{Receiver, blocks};
-use crate::simd::lanes::{LANES, Narrow, bits};
+use crate::simd::lanes::{LANES, Narrow, bits, least_of};
 use crate::stats::Stats;
 
-/// The most points of a tile, packets of them, and groups of those.
-pub(crate) const CLUSTER: usize = 4096;
+/// The most packets of a tile, and groups of those.
 const PACKETS: usize = CLUSTER / LANES;
 const GROUPS: usize = PACKETS / LANES;
 

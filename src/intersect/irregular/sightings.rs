@@ -13,17 +13,19 @@
 use fearless_simd::prelude::*;
 use glam::DVec3;
 
-use crate::intersect::irregular::packets::CLUSTER;
-use crate::intersect::irregular::projection::Plane;
 use crate::objects::gather;
-use crate::rays::pencil::Origin;
+use crate::rays::origin::Origin;
+use crate::rays::projection::Plane;
 use crate::rays::receiver::Receiver;
-use crate::simd::lanes::{LANES, LaneMask, Lanes, Narrow, Points, bits, narrow};
+use crate::simd::lanes::{LANES, LaneMask, Lanes, Narrow, Points, bits, narrow, widen};
 
 /// Rounding a key to f32, with its own error of a few roundings of f64.
 const KEY_SLACK: f32 = 1.0 / (1 << 22) as f32;
 /// Keys beyond this are as good as infinite.
 const KEY_LIMIT: f64 = 1e37;
+
+/// The most points of a tile.
+pub(crate) const CLUSTER: usize = 4096;
 
 /// What makes columns, rows and keys of places and depths: (x − offset)·factor for each.
 #[derive(Debug, Clone, Copy)]
@@ -71,7 +73,7 @@ impl Sightings {
         let mut first_face = Lanes::simd_from(simd, f64::INFINITY);
         let mut last_face = -first_face;
         for (index, eight) in ids.chunks(LANES).enumerate() {
-            let Eight { at, depth, face } = see_eight(simd, light, gather::points_of(simd, receivers, eight));
+            let Eight { at, depth, face } = see_eight(simd, light, points_of(simd, receivers, eight));
             (first_face, last_face) = (first_face.min(face), last_face.max(face));
             let Some(only) = only else {
                 at[0].store_slice(&mut self.at[0][count..count + LANES]);
@@ -156,6 +158,17 @@ pub(crate) fn keys_around<S: Simd>(simd: S, key: Lanes<S>) -> (Narrow<S>, Narrow
     let is_less = rounded.simd_lt(KEY_LIMIT as f32);
     let is_more = rounded.simd_gt(-KEY_LIMIT as f32);
     (is_more.select(rounded - slack, -infinite), is_less.select(rounded + slack, infinite))
+}
+
+/// At most eight points by their places; the last one is repeated.
+#[inline(always)]
+fn points_of<S: Simd>(simd: S, receivers: &[Receiver], ids: &[u32]) -> Points<S> {
+    let mut points = [[0.0; 3]; LANES];
+    for (lane, point) in points.iter_mut().enumerate() {
+        *point = receivers[ids[lane.min(ids.len() - 1)] as usize].point;
+    }
+    let [x, y, z] = gather::transposed_points(simd, &points);
+    Points { x: widen(x), y: widen(y), z: widen(z) }
 }
 
 /// Sees eight points.

@@ -19,17 +19,18 @@ use glam::DVec3;
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::Triangles;
-use crate::intersect::grid::tiles::Rect;
+use crate::intersect::pencil::SubPencil;
+use crate::intersect::pencil::rect::Rect;
 use crate::intersect::pencil::screen_bounds::{Footprints, Pixels};
 use crate::intersect::pencil::setup::{Setups, TileRays, exact_side, set_up};
+use crate::objects::boxes::Boxes;
 use crate::objects::gather;
 use crate::objects::runs::Runs;
 use crate::options::Accuracy;
-use crate::rays::film::GridFilm;
-use crate::rays::film::Sampling;
+use crate::rays::film::{GridFilm, Sampling};
 use crate::rays::frustum::{Frustum, Interval, Projection};
-use crate::rays::pencil::Origin;
-use crate::simd::lanes::{Boxes, LANES, Points, bits};
+use crate::rays::origin::Origin;
+use crate::simd::lanes::{LANES, Points, bits};
 use crate::stats::Stats;
 
 /// What all tiles of one film share.
@@ -144,7 +145,7 @@ pub(crate) struct Tile<'a, D> {
 }
 
 impl<'a, D: LeafDepth> Tile<'a, D> {
-    /// A tile of at most [`crate::intersect::grid::hierarchical_z::TILE_SIDE`] columns and rows of rays that start at t-coordinates `start`.
+    /// A tile of at most [`crate::intersect::pencil::rect::TILE_SIDE`] columns and rows of rays that start at t-coordinates `start`.
     pub(crate) fn new(query: FilmQuery<'a>, rect: Rect, start: Interval, work: &'a mut Workspace<D>) -> Self {
         let FilmQuery { film, origin, projection, sampling, .. } = query;
         let x = Interval { lo: film.x(rect.x0), hi: film.x(rect.x1 - 1) };
@@ -155,32 +156,36 @@ impl<'a, D: LeafDepth> Tile<'a, D> {
         let limits = frustum.limits(&query.bounds);
         Self { query, rect, work, frustum, limits, rays: TileRays { origin, span, sampling } }
     }
+}
 
-    /// The boxes, as bits, that some ray may meet, and a lower bound of t within each.
-    pub(crate) fn enter(&mut self, boxes: &Boxes) -> (u64, [f64; LANES]) {
-        dispatch!(self.query.level, simd => {
+impl<D: LeafDepth> SubPencil for Tile<'_, D> {
+    fn enter(&mut self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
+        let (met, ts) = dispatch!(self.query.level, simd => {
             self.work.depth.refresh(simd);
             self.frustum.enter_lanes(simd, boxes, &self.limits)
-        })
+        });
+        stats.frustum_tests += LANES as u64;
+        stats.culled_by_bound += LANES as u64 - u64::from(met.count_ones());
+        (met, ts)
     }
 
-    /// Whether what lies no nearer than `t` is hidden from all rays.
-    pub(crate) fn hides(&self, t: f64) -> bool {
+    fn hides(&self, t: f64) -> bool {
         self.work.depth.hides(greatest_key(self.query.origin, t))
     }
 
-    /// Tests a run of triangles within a box against all rays; some of them wait for [`Tile::finish`].
-    pub(crate) fn intersect(&mut self, runs: &Runs, run: usize, bounds: &Aabb, stats: &mut Stats) {
+    /// Some of the triangles wait for [`Tile::finish`].
+    fn intersect(&mut self, runs: &Runs, run: usize, bounds: &Aabb, stats: &mut Stats) {
         dispatch!(self.query.level, simd => self.intersect_run(simd, runs, (run, bounds), stats));
     }
 
-    /// Tests the triangles that wait.
-    pub(crate) fn finish(&mut self, stats: &mut Stats) {
+    fn finish(&mut self, stats: &mut Stats) {
         if self.work.waiting.count > 0 {
             dispatch!(self.query.level, simd => self.intersect_waiting(simd, stats));
         }
     }
+}
 
+impl<D: LeafDepth> Tile<'_, D> {
     /// 1. and 2.: what may meet the tile waits.
     #[inline(always)]
     fn intersect_run<S: Simd>(

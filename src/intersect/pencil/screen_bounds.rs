@@ -17,11 +17,10 @@ use fearless_simd::{i16x16, i32x8, prelude::*};
 use glam::DVec3;
 
 use crate::geometry::triangles::Triangles;
-use crate::intersect::grid::tiles::Rect;
+use crate::intersect::pencil::rect::Rect;
 use crate::objects::gather::corners;
 use crate::objects::runs::RUN;
-use crate::rays::film::GridFilm;
-use crate::rays::film::Sampling;
+use crate::rays::film::{GridFilm, Sampling};
 use crate::rays::frustum::{Functional, Projection};
 use crate::simd::lanes::{LANES, LaneMask, Lanes, Narrow, NarrowMask, Points, narrow, widen};
 

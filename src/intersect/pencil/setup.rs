@@ -27,9 +27,9 @@ use crate::exact::filter::{Sign, TRIPLE_PRODUCT_ERROR};
 use crate::exact::predicates::{facing, orientation};
 use crate::geometry::aabb::U;
 use crate::geometry::triangles::Triangle;
-use crate::intersect::grid::hierarchical_z::TILE_SIDE;
+use crate::intersect::pencil::rect::TILE_SIDE;
 use crate::rays::film::Sampling;
-use crate::rays::pencil::Origin;
+use crate::rays::origin::Origin;
 use crate::simd::lanes::{LANES, LaneMask, Lanes, Points, bits, narrow};
 
 /// The unit roundoff of f32.

@@ -10,14 +10,12 @@
 
 use fearless_simd::prelude::*;
 
-use crate::exact::filter::Sign;
 use crate::exact::predicates::Distance;
 use crate::geometry::aabb::U;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangles;
-use crate::intersect::grid::tiles::Row;
-use crate::rays::hits::NO_TRIANGLE;
-use crate::rays::pencil::Origin;
+use crate::rays::hits::{NO_TRIANGLE, Row, precedes};
+use crate::rays::origin::Origin;
 use crate::simd::lanes::{LANES, Lanes, Narrow, bits, narrow};
 
 /// The most rays in a block. A sub-pencil has at most 64 blocks.
@@ -186,20 +184,4 @@ fn rounded_distances<S: Simd>(simd: S, lo: Lanes<S>, hi: Lanes<S>, origin: Origi
     let (least, greatest) = (narrow(least), narrow(greatest));
     let certain = (least.simd_eq(greatest).to_bitmask() & valid.to_bitmask()) | nothing.to_bitmask();
     (least, !certain & 0xFF)
-}
-
-/// Whether the first triangle comes before the second along the ray by (t, id), exactly.
-pub(crate) fn precedes(
-    ray: &Ray,
-    first: u32,
-    second: u32,
-    triangles: &Triangles<'_>,
-    ambiguous: &mut u64,
-) -> bool {
-    let (one, other) = (triangles.triangle(first), triangles.triangle(second));
-    match Distance::new(ray, &one).compare(&Distance::new(ray, &other), ambiguous) {
-        Sign::Negative => true,
-        Sign::Zero => first < second,
-        Sign::Positive => false,
-    }
 }

@@ -11,6 +11,7 @@
 //! "Frustum-Traced Raster Shadows", 2015.
 
 pub(crate) mod depth;
+pub(crate) mod piercings;
 pub(crate) mod space_setup;
 
 use std::mem::size_of;
@@ -20,27 +21,28 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::exact::predicates::covers;
-use crate::geometry::aabb::Aabb;
-use crate::geometry::aabb::U;
+use crate::geometry::aabb::{Aabb, U};
 use crate::geometry::triangles::Triangles;
-use crate::intersect::grid::tiles::Window;
-use crate::intersect::irregular::projection::{CLUSTER, Piercings, Plane};
-use crate::intersect::pencil::intersect_objects;
+use crate::intersect::pencil::leaf::greatest_key;
+use crate::intersect::pencil::{SubPencil, intersect_objects};
 use crate::intersect::scattered::depth::{Candidate, DepthBuffer};
+use crate::intersect::scattered::piercings::{CLUSTER, Piercings};
 use crate::intersect::scattered::space_setup::SpaceSetup;
+use crate::objects::boxes::Boxes;
 use crate::objects::runs::Runs;
 use crate::options::Accuracy;
 use crate::rays::frustum::{Frustum, Interval, Projection};
-use crate::rays::hits::Hits;
-use crate::rays::pencil::Origin;
-use crate::simd::lanes::{Boxes, LANES, bits};
+use crate::rays::hits::{Hits, Row};
+use crate::rays::origin::Origin;
+use crate::rays::projection::Plane;
+use crate::simd::lanes::{LANES, bits};
 use crate::stats::Stats;
 
-/// Finds the nearest, or any, hit of scattered rays, and counts the pairs of each if it is asked. The window is one row.
+/// Finds the nearest, or any, hit of scattered rays, and counts the pairs of each if it is asked.
 pub(crate) fn intersect(
     query: ScatteredQuery<'_>,
     runs: &Runs,
-    (mut window, pairs): (Window<'_>, &mut [u32]),
+    ((all_ids, all_ts), pairs): (&mut Row<'_>, &mut [u32]),
 ) -> Stats {
     let ScatteredQuery { origin, samples, .. } = query;
     let order = along_curve(origin, samples);
@@ -59,9 +61,6 @@ pub(crate) fn intersect(
     let of_ray = size_of::<u32>() + size_of::<f32>() + if query.counts { size_of::<u32>() } else { 0 };
     let bytes = order.capacity() * size_of::<u32>() + samples.len() * of_ray;
     let mut stats = Stats { engine_bytes: bytes as u64, ..Stats::default() };
-    let Some((all_ids, all_ts)) = window.rows.first_mut() else {
-        return stats;
-    };
     for (places, (hits, tested, cluster)) in clusters.into_iter().zip(found) {
         stats = stats.plus(cluster);
         for (&place, (id, t)) in places.iter().zip(hits.ids.into_iter().zip(hits.ts)) {
@@ -166,11 +165,6 @@ impl<'a> Cluster<'a> {
         Self { query, places, bound, piercings, depth: DepthBuffer::new(places.len()), tested }
     }
 
-    /// The common origin.
-    pub(crate) fn origin(&self) -> Origin {
-        self.query.origin
-    }
-
     /// The boxes, as bits, that some ray may meet, and a lower bound of t within each.
     pub(crate) fn entered(&self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
         stats.frustum_tests += LANES as u64;
@@ -272,6 +266,24 @@ impl<'a> Cluster<'a> {
         }
         Hits { ids, ts }
     }
+}
+
+impl SubPencil for Cluster<'_> {
+    fn enter(&mut self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
+        self.depth.refresh();
+        self.entered(boxes, stats)
+    }
+
+    fn hides(&self, t: f64) -> bool {
+        self.depth.hides(greatest_key(self.query.origin, t))
+    }
+
+    fn intersect(&mut self, runs: &Runs, run: usize, _: &Aabb, stats: &mut Stats) {
+        let (ids, count) = runs.ids(run);
+        ids[..count].iter().for_each(|&id| self.intersect(id, stats));
+    }
+
+    fn finish(&mut self, _: &mut Stats) {}
 }
 
 /// The frustum around rays from a point through one face of a cube.

@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::exact::filter::{Approx, Cross, Sign};
 use crate::exact::predicates::{facing, orientation};
 use crate::geometry::triangles::Triangle;
-use crate::rays::pencil::Origin;
+use crate::rays::origin::Origin;
 
 /// A triangle as the rays of a pencil see it.
 #[derive(Debug)]

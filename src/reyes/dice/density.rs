@@ -24,7 +24,8 @@ use crate::error::Error;
 use crate::geometry::aabb::Aabb;
 use crate::rays::film::Film;
 use crate::rays::film::GridFilm;
-use crate::rays::pencil::{Origin, Pencil};
+use crate::rays::origin::Origin;
+use crate::rays::pencil::Pencil;
 use crate::reyes::dice::detail::Detail;
 use crate::simd::lanes::{LANES, Lanes, Points};
 

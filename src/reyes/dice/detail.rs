@@ -16,7 +16,7 @@ use glam::DVec3;
 
 use crate::error::Error;
 use crate::geometry::aabb::Aabb;
-use crate::geometry::triangles::widen;
+use crate::geometry::aabb::widen;
 use crate::rays::pencil::Pencil;
 use crate::reyes::dice::Dicing;
 use crate::reyes::dice::density::{Around, Density};

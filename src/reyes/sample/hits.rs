@@ -1,6 +1,6 @@
 //! What rays see of surfaces on demand: ids, distances, parameters and normals, and rectangles of them to be written.
 
-use crate::intersect::grid::tiles::Rect;
+use crate::intersect::pencil::rect::Rect;
 use crate::rays::hits::NO_TRIANGLE;
 use crate::reyes::sample::resolve::{Seen, Sights};
 use crate::simd::lanes::{LANES, bits};

@@ -7,8 +7,9 @@ use std::cmp::Ordering;
 
 use crate::exact::filter::Sign;
 use crate::exact::predicates::Distance;
+use crate::geometry::aabb::widen;
 use crate::geometry::ray::Ray;
-use crate::geometry::triangles::{Triangle, widen};
+use crate::geometry::triangles::Triangle;
 
 /// A triangle of a grid.
 #[derive(Debug, Clone, Copy, PartialEq)]

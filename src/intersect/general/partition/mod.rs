@@ -17,29 +17,6 @@ pub(crate) mod given;
 pub(crate) mod sampled;
 pub(crate) mod spatial;
 
-/// How [`crate::options::Path::General`] divides the objects. Changes time and memory only.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Partition {
-    /// At the middle of the longest side of their box, by their centres; at the median where that is lopsided.
-    #[default]
-    Middle,
-    /// As they are given: halves of whole groups ([`Triangles::with_groups`](crate::geometry::triangles::Triangles::with_groups)), then halves of a group's
-    /// order, whole runs of 64. Good where neighbours in the file are neighbours in space, as the objects of a scene graph are;
-    /// where boxes overlap too much, as [`Partition::Middle`] from there on.
-    Given,
-    /// By space: the halves of a voxel, each with the triangles that reach into it. A triangle may be in both. Where that
-    /// does not reduce the work, as [`Partition::Middle`].
-    Spatial,
-    /// By cost: of a few planes per axis the one with the least number of pairs, as a sample of the rays meets its sides.
-    /// Where there are few rays, as [`Partition::Middle`].
-    Sampled,
-}
-
-impl Partition {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Middle, Self::Given, Self::Spatial, Self::Sampled];
-}
-
 /// Two sides of some objects.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Split {

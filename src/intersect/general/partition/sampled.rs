@@ -13,8 +13,8 @@
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::Triangles;
+use crate::intersect::general::active::{Active, partition};
 use crate::intersect::general::partition::{Sampled, Split};
-use crate::intersect::general::{Active, partition};
 
 /// Rays from which on it pays to sample.
 const RAYS: usize = 1000;
