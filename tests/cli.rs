@@ -2,6 +2,8 @@
 //!
 //! stdout carries data only, stderr speaks only when there is something to say, and the exit code tells what happened.
 
+#[path = "cli/names.rs"]
+mod names;
 #[path = "cli/nasty.rs"]
 mod nasty;
 #[path = "cli/outputs.rs"]

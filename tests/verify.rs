@@ -8,8 +8,8 @@ mod support;
 use support::{Place, Random};
 use umbel::glam::DVec3;
 use umbel::{
-    Accuracy, Camera, Lens, Mark, Options, Scene, Verification, builtin, builtin_view, verify, verify_buffer,
-    visibility,
+    Accuracy, Camera, Hit, Hits, Lens, Mark, Options, Scene, TriangleId, Verification, VisibilityBuffer,
+    builtin, builtin_view, verify, verify_buffer, visibility,
 };
 
 const WIDTH: u32 = 150;
@@ -88,6 +88,80 @@ fn a_buffer_of_another_scene_is_noticed() {
     assert!(found.path_differences > 100, "{} differ from the general path", found.path_differences);
     assert!(found.raster_differences > 100, "{} differ from tiny-skia", found.raster_differences);
     assert!(!found.is_clean());
+}
+
+/// Kinds of damage to single pixels, each with what must notice it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Damage {
+    /// The id of a triangle that is nowhere near.
+    Id,
+    /// No triangle.
+    Hole,
+    /// What the pixel to the left sees.
+    Shift,
+    /// The next greater t: ids stay, so tiny-skia has nothing to say.
+    Ulp,
+    /// The pixel and its right neighbour exchange what they see.
+    Swap,
+}
+
+/// The hits with some pixels damaged, and how many of them now say something else.
+fn damaged(hits: &Hits, damage: Damage, triangles: u32, random: &mut Random) -> (Hits, usize) {
+    let mut all: Vec<Option<Hit>> = (0..hits.len()).map(|ray| hits.get(ray)).collect();
+    for _ in 0..60 {
+        // Not in the last column: the right neighbour is one.
+        let column = (random.unit() * f64::from(WIDTH - 2)) as usize + 1;
+        let pixel = (random.unit() * f64::from(HEIGHT)) as usize * WIDTH as usize + column;
+        let seen = all[pixel];
+        match damage {
+            Damage::Id => {
+                all[pixel] =
+                    seen.map(|hit| Hit { id: TriangleId((hit.id.0 + triangles / 2) % triangles), ..hit })
+            }
+            Damage::Hole => all[pixel] = None,
+            Damage::Shift => all[pixel] = all[pixel - 1],
+            Damage::Ulp => all[pixel] = seen.map(|hit| Hit { t: hit.t.next_up(), ..hit }),
+            Damage::Swap => all.swap(pixel, pixel + 1),
+        }
+    }
+    let changed = (0..hits.len()).filter(|&ray| all[ray] != hits.get(ray)).count();
+    (all.into_iter().collect(), changed)
+}
+
+/// Each kind of damage is noticed by each reference that can: the general path by every pixel, tiny-skia by every pixel whose
+/// id is wrong and that is not at an edge, coplanar neighbours included.
+#[test]
+fn damage_is_noticed_by_both_references() {
+    let (mut random, options) = (Random(11), Options::default());
+    for name in ["cornell", "umbel:2000"] {
+        let scene = builtin(name).expect("it exists");
+        let view = builtin_view(name).expect("it exists");
+        let camera = camera(view.eye, view.target, Lens::Pinhole { fov: view.fov_degrees });
+        let (whole, _) = visibility(&scene, &camera, &options).expect("a view");
+        let count = u32::try_from(scene.triangles.len()).expect("few triangles");
+        let excused = verify_buffer(&scene, &whole, &options).expect("a view").same_depth;
+        for damage in [Damage::Id, Damage::Hole, Damage::Shift, Damage::Ulp, Damage::Swap] {
+            let (hits, changed) = damaged(&whole.hits, damage, count, &mut random);
+            let ids = (0..hits.len()).filter(|&ray| hits.ids()[ray] != whole.hits.ids()[ray]).count();
+            let buffer = VisibilityBuffer { hits, ..whole.clone() };
+            let found = verify_buffer(&scene, &buffer, &options).expect("a view");
+            let said = format!(
+                "{name} {damage:?}: {changed} pixels, {ids} ids, {found:?}",
+                found = { Verification { marks: Vec::new(), ..found.clone() } }
+            );
+            assert_eq!(found.path_differences, changed, "{said}");
+            assert!(!found.is_clean(), "{said}");
+            // Neighbours differ at edges only, where few are far enough from them for tiny-skia to be sure.
+            let least = match damage {
+                Damage::Id | Damage::Hole => ids * 3 / 4,
+                Damage::Shift | Damage::Swap => ids / 2,
+                Damage::Ulp => 0,
+            };
+            assert!(found.raster_differences >= least, "{said}");
+            assert_eq!(found.raster_differences == 0, damage == Damage::Ulp, "{said}");
+            assert!(found.same_depth <= excused, "{said}");
+        }
+    }
 }
 
 #[test]

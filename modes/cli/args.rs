@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use umbel::{Accuracy, Isa, Options, Partition, Path};
 
 use crate::bake::args::BakeArgs;
+use crate::file_names::FileNames;
 use crate::options::bounces::BounceArgs;
 use crate::options::camera::CameraArgs;
 use crate::options::parse::parse_bytes;
@@ -86,7 +87,26 @@ pub(crate) struct Common {
     pub(crate) color: colorchoice_clap::Color,
 }
 
+/// Threads for each processor beyond which more of them only cost memory and time to start. A few more than one may
+/// help where the system gives processors to others as well.
+const THREADS_PER_PROCESSOR: usize = 4;
+/// Threads that are never refused: outputs can be compared over numbers of threads on a small machine, too.
+const ALWAYS_GRANTED: usize = 16;
+
 impl Common {
+    /// The number of threads to start: what was asked for, up to a multiple of the processors. Says so where that is less.
+    pub(crate) fn useful_threads(&self) -> usize {
+        let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        let most = (THREADS_PER_PROCESSOR * processors).max(ALWAYS_GRANTED);
+        if self.threads > most && !self.quiet {
+            anstream::eprintln!(
+                "warning: --threads {}: more than {most} are of no use on {processors} processors; {most} are started",
+                self.threads
+            );
+        }
+        self.threads.min(most)
+    }
+
     /// Those options that a run of another verb on the same scene has to have as well.
     pub(crate) fn words(&self) -> Vec<String> {
         let threads = (self.threads > 0).then(|| ["--threads".to_owned(), self.threads.to_string()]);
@@ -174,6 +194,34 @@ pub(crate) enum Command {
     Verify(VerifyArgs),
     /// Print counts, bounds, and degenerate and non-finite elements
     Info(InfoArgs),
+}
+
+impl Command {
+    /// The files that the command line names.
+    pub(crate) fn files(&self) -> FileNames {
+        let of_scene = |scene| FileNames::of_scenes([scene]);
+        match self {
+            Self::Render(args) => of_scene(&args.scene).writing(&args.picture.outputs()),
+            Self::Probe(args) => {
+                of_scene(&args.scene).reading(args.inputs()).writing(&args.picture.outputs())
+            }
+            Self::Visible(args) => of_scene(&args.scene).reading(&args.views).writing(&args.output),
+            Self::Shadow(args) => {
+                let names = FileNames::of_scenes([&args.scene].into_iter().chain(&args.occluders));
+                names.reading(args.surfaces.made.inputs()).writing(args.outputs())
+            }
+            Self::Bake(args) => {
+                let names = FileNames::of_scenes([&args.scene].into_iter().chain(&args.occluders.scenes));
+                names.reading(args.inputs()).writing(args.outputs())
+            }
+            Self::Reyes(args) => {
+                of_scene(&args.scene).reading(args.surfaces.made.inputs()).writing(&args.picture.outputs())
+            }
+            Self::Trade(args) => FileNames::of_scenes(&args.scene).writing(args.outputs()),
+            Self::Verify(args) => of_scene(&args.scene).writing(&args.difference),
+            Self::Info(args) => of_scene(&args.scene),
+        }
+    }
 }
 
 #[derive(Debug, Args)]

@@ -2,6 +2,7 @@
 
 mod args;
 mod bake;
+mod file_names;
 mod interrupt;
 mod machine;
 mod options;
@@ -36,7 +37,8 @@ fn main() -> ExitCode {
 
 /// Runs the verb on a pool of the wanted size.
 fn run(cli: &Cli) -> Result<(), Error> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.common.threads).build();
+    cli.command.files().writing(&cli.common.report).refuse_collisions()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.common.useful_threads()).build();
     let pool = pool.map_err(|error| Error::Usage(format!("--threads {}: {error}", cli.common.threads)))?;
     pool.install(|| match &cli.command {
         Command::Render(args) => render::render(args, &cli.common),

@@ -102,13 +102,27 @@ pub const CUBE_FACES: [[DVec3; 3]; 6] = [
 ];
 
 impl Camera {
-    /// A camera that frames a box from `direction`, up +Y.
+    /// The direction that is up where nobody says: +Y; and for a view along Y, the one that has +X on the right: −Z looking
+    /// down, as on a map, and +Z looking up.
+    #[must_use]
+    pub fn default_up(view: DVec3) -> DVec3 {
+        if !is_parallel(unit(view), DVec3::Y) {
+            DVec3::Y
+        } else if view.y > 0.0 {
+            DVec3::Z
+        } else {
+            DVec3::NEG_Z
+        }
+    }
+
+    /// A camera that frames a box from `direction`, up as [`Camera::default_up`] has it.
     #[must_use]
     pub fn framing(bounds: &Aabb, direction: DVec3, lens: Lens, width: u32, height: u32) -> Self {
         let bounds = if bounds.is_empty() { Aabb { lo: [-1.0; 3], hi: [1.0; 3] } } else { *bounds };
         let (centre, half) = (DVec3::from_array(bounds.centre()), DVec3::from_array(bounds.extent()) * 0.5);
         let forward = -unit(direction);
-        let right = unit(forward.cross(DVec3::Y));
+        let default_up = Self::default_up(forward);
+        let right = unit(forward.cross(default_up));
         let up = right.cross(forward);
         let aspect = f64::from(width) / f64::from(height);
         let corners = (0..8).map(|k| {
@@ -135,7 +149,7 @@ impl Camera {
         };
         let distance = if matches!(lens, Lens::Ortho { .. }) { 2.0 * radius } else { distance };
         let distance = if distance > 0.0 { distance * FRAME_MARGIN } else { 1.0 };
-        Self { eye: centre - forward * distance, target: centre, up: DVec3::Y, lens, width, height }
+        Self { eye: centre - forward * distance, target: centre, up: default_up, lens, width, height }
     }
 
     /// Rows of the picture: those of all six faces for a cube.
@@ -274,16 +288,20 @@ impl Camera {
             return Err(Error::Usage("--eye and --target are the same point; move one of them".into()));
         }
         let (forward, up) = (unit(view), if self.up == DVec3::ZERO { self.up } else { unit(self.up) });
-        let across = forward.cross(up);
-        // Unit vectors have components within 2 ulp, so parallel ones have a cross product below 16 ulp.
-        if across.length() <= 16.0 * f64::EPSILON {
+        if is_parallel(forward, up) {
             return Err(Error::Usage(
                 "--up is parallel to the view; choose another, such as --up 0,0,1".into(),
             ));
         }
-        let right = unit(across);
+        let right = unit(forward.cross(up));
         Ok([forward, right, right.cross(forward)])
     }
+}
+
+/// Whether two unit vectors point along one line, or one of them is zero. Their components are within 2 ulp, so that the cross
+/// product of parallel ones is below 16 ulp.
+fn is_parallel(one: DVec3, other: DVec3) -> bool {
+    one.cross(other).length() <= 16.0 * f64::EPSILON
 }
 
 /// Refuses angles outside (0, limit), or (0, limit] where that is allowed.

@@ -1,4 +1,4 @@
-//! Ctrl-C in the middle of a run: exit code 130, and every file is what it was.
+//! Ctrl-C, SIGTERM and SIGHUP in the middle of a run: exit code 130, and every file is what it was.
 
 #![cfg(target_os = "linux")]
 
@@ -7,23 +7,11 @@ use std::process::{Command, Stdio};
 
 use crate::support::Place;
 
-/// Whether this process ignores SIGINT, as background jobs of some shells do; children inherit that.
-fn ignores_interrupts() -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").expect("the system tells");
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).expect("a mask").trim();
-    u64::from_str_radix(mask, 16).expect("a number") & 1 << 1 != 0
-}
-
-/// Starts a bake that would take hours, interrupts it once it has begun, and returns its exit code and the rest of what it says.
-fn interrupt(place: &Place) -> (Option<i32>, String) {
-    let binary = env!("CARGO_BIN_EXE_umbel");
-    let mut command = if ignores_interrupts() {
-        let mut command = Command::new("env");
-        command.args(["--default-signal=INT", binary]);
-        command
-    } else {
-        Command::new(binary)
-    };
+/// Starts a bake that would take hours, sends it signals once it has begun, and returns its exit code and the rest of what it
+/// says. `handling` is an option of `env`: children inherit which signals are ignored, as background jobs of some shells do.
+fn interrupt(place: &Place, handling: &str, signals: &[&str]) -> (Option<i32>, String) {
+    let mut command = Command::new("env");
+    command.args([handling, env!("CARGO_BIN_EXE_umbel")]);
     let line = "bake builtin:umbel:100000 --vertices --rays 65536 --set independent -o a.npy --bent b.npy -v";
     command.args(line.split(' ')).current_dir(place.path(""));
     let mut child = command.stderr(Stdio::piped()).spawn().expect("the command starts");
@@ -32,8 +20,11 @@ fn interrupt(place: &Place) -> (Option<i32>, String) {
     let mut first = String::new();
     stderr.read_line(&mut first).expect("a line");
     assert!(first.starts_with("about "), "{first}");
-    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
-    assert!(sent.success());
+    for signal in signals {
+        let sent = Command::new("kill").args([signal, child.id().to_string().as_str()]).status();
+        assert!(sent.expect("kill runs").success());
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
     let mut rest = String::new();
     stderr.read_to_string(&mut rest).expect("a text");
     (child.wait().expect("it ends").code(), rest)
@@ -41,12 +32,23 @@ fn interrupt(place: &Place) -> (Option<i32>, String) {
 
 #[test]
 fn the_old_file_stays() {
+    for signal in ["INT", "TERM", "HUP"] {
+        let place = Place::new();
+        place.put("a.npy", "the old file");
+        let (code, said) = interrupt(&place, &format!("--default-signal={signal}"), &[&format!("-{signal}")]);
+        assert_eq!((code, said.as_str()), (Some(130), "interrupted\n"), "{signal}");
+        assert_eq!(place.bytes("a.npy"), b"the old file", "{signal}");
+        assert_eq!(place.names(), ["a.npy"], "{signal}");
+    }
+}
+
+/// `nohup` has a process ignore SIGHUP, and it goes on; the next signal finds it at work.
+#[test]
+fn ignored_signals_stay_ignored() {
     let place = Place::new();
-    place.put("a.npy", "the old file");
-    let (code, said) = interrupt(&place);
+    let (code, said) = interrupt(&place, "--ignore-signal=HUP", &["-HUP", "-HUP", "-TERM"]);
     assert_eq!((code, said.as_str()), (Some(130), "interrupted\n"));
-    assert_eq!(place.bytes("a.npy"), b"the old file");
-    assert_eq!(place.names(), ["a.npy"]);
+    assert_eq!(place.names(), [""; 0]);
 }
 
 /// Who holds the pause knows that no temporary file is around: writers wait.

@@ -108,3 +108,50 @@ fn help_and_version() {
     assert!(nothing.stderr.contains("Usage"));
     assert!(place.names().is_empty());
 }
+
+/// Straight down, north is up as on a map, and straight up +X stays on the right. Nobody has to say so.
+#[test]
+fn views_along_y_need_no_up() {
+    let place = Place::new();
+    // Seen from +Y: a square at positive x and z.
+    place.put("a.obj", "v 1 0 1\nv 2 0 1\nv 2 0 2\nv 1 0 2\nf 1 2 3 4\n");
+    let ids = |line: &str| {
+        place.quiet_run(&format!("{line} --aov id=i.npy"));
+        place.npy("i.npy").u32()
+    };
+    for (eye, up) in [("0,9,0", "0,0,-1"), ("0,-9,0", "0,0,1")] {
+        for camera in [
+            "--size 20x20",
+            "--size 20x20 --camera ortho --height 6",
+            "--size 20x20 --camera fisheye --fov 60",
+        ] {
+            let line = format!("render a.obj --eye {eye} --target 0,0,0 {camera}");
+            let seen = ids(&line);
+            assert_eq!(seen, ids(&format!("{line} --up {up}")), "{line}");
+            let hit = |quarter: [usize; 2]| {
+                let at = |k: usize| seen[(quarter[1] * 10 + k / 10) * 20 + quarter[0] * 10 + k % 10];
+                (0..100).any(|k| at(k) != umbel::NO_TRIANGLE)
+            };
+            // To the right; below the middle, since +Z is below looking down and above looking up.
+            let row = usize::from(eye == "0,9,0");
+            assert!(hit([1, row]) && !hit([0, row]) && !hit([1, 1 - row]), "{line}");
+        }
+    }
+    ids("probe a.obj --center 0,5,0 --target 0,0,0 --camera fisheye --size 9x9");
+    let run = place.run("render a.obj --eye 0,9,0 --target 0,0,0 --up 0,1,0 --size 9x9");
+    assert_eq!(run.code, Some(2), "an up that is given is not replaced");
+}
+
+#[test]
+fn more_threads_than_help_are_not_started() {
+    let place = Place::new();
+    place.put("a.obj", SQUARES);
+    let run = place.run("render a.obj --size 9x9 --threads 5000 --report r.json");
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert!(run.stderr.starts_with("warning: --threads 5000: "), "{}", run.stderr);
+    let threads = place.json("r.json")["threads"].as_u64().expect("a number");
+    assert!(run.stderr.contains(&format!("{threads} are started")), "{}", run.stderr);
+    assert!(threads < 5000);
+    place.quiet_run("render a.obj --size 9x9 --threads 16 --report r.json");
+    assert_eq!(place.json("r.json")["threads"], 16);
+}

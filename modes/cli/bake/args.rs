@@ -19,7 +19,7 @@ pub(crate) const MARGIN: u32 = 16;
 
 #[derive(Debug, Args)]
 pub(crate) struct BakeArgs {
-    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 
@@ -238,11 +238,7 @@ impl BakeArgs {
                 return Err(Error::Usage(format!("{shown}: {option} takes one of .{formats} for {what}")));
             }
         }
-        let files: Vec<_> = self.outputs().collect();
-        let twice = (1..files.len()).find(|&k| files[..k].contains(&files[k]));
-        twice.map_or(Ok(()), |k| {
-            Err(Error::Usage(format!("{}: two outputs have this name", files[k].display())))
-        })
+        Ok(())
     }
 
     /// Whether depth maps could take the place of rays, whatever the number of rays.
@@ -284,6 +280,12 @@ impl BakeArgs {
     /// The levels of a PNG.
     pub(crate) fn bits(&self) -> GrayBits {
         if self.bits.as_deref() == Some("16") { GrayBits::Sixteen } else { GrayBits::Eight }
+    }
+
+    /// The files that are read beside scenes.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &PathBuf> {
+        let of_points = [&self.receivers.points, &self.receivers.point_ids].into_iter().flatten();
+        of_points.chain(self.occluders.made.inputs())
     }
 
     /// The files that are asked for.

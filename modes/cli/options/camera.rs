@@ -52,7 +52,7 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
     pub(crate) target: Option<DVec3>,
 
-    /// The direction that is up in the picture
+    /// The direction that is up in the picture (default +Y; -Z looking straight down, +Z straight up)
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
     pub(crate) up: Option<DVec3>,
 
@@ -161,7 +161,9 @@ impl CameraArgs {
         }
         camera.eye = self.eye.unwrap_or(camera.eye);
         camera.target = self.view.target.unwrap_or(camera.target);
-        camera.up = self.view.up.unwrap_or(camera.up);
+        let is_framed = self.eye.is_none() && self.view.target.is_none();
+        let default_up = if is_framed { camera.up } else { Camera::default_up(camera.target - camera.eye) };
+        camera.up = self.view.up.unwrap_or(default_up);
         if let (Lens::Ortho { .. }, Some(height)) = (lens, film_height) {
             camera.lens = Lens::Ortho { height };
         }

@@ -153,6 +153,14 @@ impl SurfaceArgs {
 }
 
 impl MadeArgs {
+    /// The file of heights, where they come from one.
+    pub(crate) fn inputs(&self) -> Option<&PathBuf> {
+        match &self.displace {
+            Some(ReliefArg::Map(path)) => Some(path),
+            _ => None,
+        }
+    }
+
     /// Whether heights are those of a displacement.
     pub(crate) fn is_displaced(&self) -> bool {
         self.displace.is_some()

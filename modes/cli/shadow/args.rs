@@ -130,7 +130,10 @@ impl ShadowArgs {
                 self.output.is_none() && !picture,
                 "nothing to do: give -o FILE for the light's map, --mask FILE for shadows in a picture, or --compare",
             ),
-            (points && suns, "--light and --sun make maps of different shapes: run them one after the other"),
+            (
+                points && suns && self.output.is_some(),
+                "--light and --sun make maps of different shapes: run them one after the other, or leave -o out",
+            ),
             (
                 suns && self.compare.is_some(),
                 "--compare measures the cube maps of point lights: give --light, not --sun",
@@ -166,6 +169,11 @@ impl ShadowArgs {
         ]);
         let first = refused.into_iter().find(|(refused, _)| *refused);
         first.map_or(Ok(()), |(_, why)| Err(Error::Usage(why.into())))
+    }
+
+    /// The files that are asked for, as they are named: `{light}` stands for several.
+    pub(crate) fn outputs(&self) -> impl Iterator<Item = &PathBuf> {
+        self.output.iter().chain(&self.mask)
     }
 
     /// Whether a surface on demand is seen, no triangles.

@@ -16,6 +16,7 @@ use umbel::{
 };
 
 use crate::args::Common;
+use crate::file_names::FileNames;
 use crate::options::dial::Goal;
 use crate::render::{
     SCATTERED_BYTES, SHADOW_BYTES, available_bytes, limit_memory, print, print_run, progress,
@@ -24,7 +25,7 @@ use crate::report::{Report, Times, timed};
 use crate::reyes::{CORNERS_BYTES, SURFACE_BYTES};
 use crate::shadow::args::ShadowArgs;
 use crate::shadow::dial::Dial;
-use crate::shadow::files::{Content, Names, Writer, refuse_collisions};
+use crate::shadow::files::{Content, Names, Writer};
 use crate::shadow::report::{comparison, is_sun, light_json, map_json};
 use crate::shadow::scene::ShadowScene;
 
@@ -87,7 +88,8 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
     });
     let masks = args.mask.as_ref().map(|path| Names::new("--mask", path, lights.len(), &["npy", "png"]));
     let (maps, masks) = (maps.transpose()?, masks.transpose()?);
-    refuse_collisions(maps.iter().chain(&masks))?;
+    let each = maps.iter().chain(&masks).flat_map(Names::paths);
+    FileNames::default().writing(each).writing(&common.report).refuse_collisions()?;
     check_memory(args, &scene.mesh, &camera, &lights, common)?;
 
     let (occluders, surfaces) = (scene.occluders()?, scene.casters());
