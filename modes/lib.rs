@@ -34,6 +34,7 @@ mod error;
 mod files;
 mod formats;
 mod measure;
+mod random;
 mod render;
 mod scene;
 mod shadow;
@@ -43,13 +44,15 @@ pub use error::Error;
 
 pub use builtin::{BuiltinView, builtin, builtin_view};
 #[cfg(feature = "gltf")]
+pub use formats::gltf::options::{GltfOptions, GltfOrigin};
+#[cfg(feature = "gltf")]
 pub use formats::gltf::write::vertex::VertexTarget;
 #[cfg(feature = "gltf")]
-pub use formats::gltf::{GltfFile, GltfOptions, GltfOrigin, read_gltf};
+pub use formats::gltf::{GltfFile, read_gltf};
 pub use formats::load::{LoadOptions, load};
 #[cfg(feature = "obj")]
 pub use formats::obj::{ObjOptions, read_obj};
-pub use scene::{Material, NO_INDEX, Object, Scene};
+pub use scene::{Creases, Material, NO_INDEX, Object, Scene};
 
 pub use formats::pattern::{Pattern, read_pattern};
 pub use render::point_cloud::{SeenPoint, write_ply};
@@ -79,20 +82,22 @@ pub use surfaces::displacement::{Displacement, Relief};
 pub use surfaces::height_map::HeightMap;
 pub use surfaces::noise::Noise;
 pub use surfaces::patch_tree::Node;
-pub use surfaces::subdivision::{Creases, SubdivisionSurface};
+pub use surfaces::subdivision::SubdivisionSurface;
 pub use surfaces::{SurfaceObject, Surfaces};
 
 pub use bake::atlas::image::TexelImage;
+pub use bake::atlas::layout::AtlasOptions;
 pub use bake::atlas::uv_check::{UvCheck, check_uvs};
-pub use bake::atlas::{Atlas, AtlasOptions, TexelReceiver};
+pub use bake::atlas::{Atlas, TexelReceiver};
 pub use bake::depth_maps::DepthMaps;
 pub use bake::occluder_scenes::Occluders;
 pub use bake::occluders::{BakeOccluders, rays_around};
 pub use bake::options::{BakeOptions, Polarity};
+pub use bake::receivers::BakeReceivers;
 pub use bake::receivers::points::read_points;
 pub use bake::receivers::vertices::VertexReceivers;
 pub use bake::sample_sets::{Falloff, Reach, SampleSet, Weighting};
-pub use bake::{Bake, BakeReceivers, Baked, TracedRay};
+pub use bake::{Bake, Baked, TracedRay};
 
 pub use measure::differences::Differences;
 pub use measure::estimate::{ErrorEstimate, PowerLaw, sample_key};

@@ -36,6 +36,7 @@ use crate::bake::map_places::Places;
 use crate::bake::occluders::BakeOccluders;
 use crate::bake::openness::{Sums, dot, weigh_own, weigh_shared};
 use crate::bake::options::BakeOptions;
+use crate::bake::receivers::BakeReceivers;
 use crate::bake::sample_sets::{INTERLEAVED, OwnSets, SampleSet, set_of, sphere_sets};
 use crate::error::Error;
 
@@ -47,48 +48,6 @@ const LEAST_RECEIVERS: u64 = 1 << 12;
 const ENGINE_BYTES: u64 = 64;
 /// Bytes of a traced ray.
 const RAY_BYTES: u64 = size_of::<TracedRay>() as u64;
-
-/// Points whose openness is asked for. All parts are of the same length.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct BakeReceivers {
-    /// Where rays start, and the half spaces that they leave into.
-    pub hemispheres: Vec<Hemisphere>,
-    /// Shading normals, of unit length.
-    pub normals: Vec<[f32; 3]>,
-    /// The numbers of the vertices, points or texels: they choose the directions. Several receivers of a texel follow each
-    /// other.
-    pub indices: Vec<u32>,
-}
-
-impl BakeReceivers {
-    /// How many there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.hemispheres.len()
-    }
-
-    /// Whether there is none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.hemispheres.is_empty()
-    }
-
-    /// Adds one.
-    pub fn push(&mut self, hemisphere: Hemisphere, normal: [f32; 3], index: u32) {
-        self.hemispheres.push(hemisphere);
-        self.normals.push(normal);
-        self.indices.push(index);
-    }
-
-    /// Those at some places.
-    fn picked(&self, places: &[usize]) -> Self {
-        Self {
-            hemispheres: places.iter().map(|&place| self.hemispheres[place]).collect(),
-            normals: places.iter().map(|&place| self.normals[place]).collect(),
-            indices: places.iter().map(|&place| self.indices[place]).collect(),
-        }
-    }
-}
 
 /// A ray above the surface: its start, its direction, t_max in units of the direction's length, and 1 for a hit or else 0.
 pub type TracedRay = [f32; 8];

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use umbel_core::Aabb;
 
-use crate::bake::sample_sets::{mix, uniform};
 use crate::builtin::{BuiltinView, builtin_view};
 use crate::error::Error;
 use crate::formats::bpt::read_bpt;
 use crate::formats::load::{LoadOptions, load};
+use crate::random::{mix, uniform};
 use crate::scene::Scene;
 use crate::surfaces::Surfaces;
 use crate::surfaces::builtin::field::Field;

@@ -19,7 +19,7 @@
 //! "Probable Inference, the Law of Succession, and Statistical Inference", 1927; William Cochran, "Sampling Techniques", 1977
 //! (finite populations).
 
-use crate::bake::sample_sets::mix;
+use crate::random::mix;
 
 /// Standard deviations to either side that hold 95 % of a normal distribution.
 const Z: f64 = 1.96;

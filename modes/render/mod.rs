@@ -17,11 +17,8 @@ pub(crate) mod verify;
 pub(crate) mod visible;
 pub(crate) mod work;
 
-use glam::DVec3;
 use rayon::prelude::*;
-use umbel_core::{
-    Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Path, Ray, Stats, TileStats, Triangles, closest_hit,
-};
+use umbel_core::{Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Path, Ray, Stats, TileStats, closest_hit};
 
 use crate::error::Error;
 use crate::render::bounce::spawn::Bounces;
@@ -31,6 +28,7 @@ use crate::render::shade::{Shader, background_of};
 use crate::render::work::work_of;
 use crate::scene::Scene;
 use crate::scene::camera::{Camera, Shot};
+use crate::scene::hit_points::{distance, position};
 
 /// (id, t) of each ray of a camera, with the rays.
 #[derive(Debug, Clone, PartialEq)]
@@ -300,30 +298,4 @@ pub(crate) fn spread<T: Copy>(shot: &Shot, count: usize, of_rays: &[T], miss: &[
         of_pixels[first..first + miss.len()].copy_from_slice(values);
     }
     of_pixels
-}
-
-/// The Euclidean distance from the start of a ray to what it sees, at most [`f32::MAX`]: +∞ is a miss.
-pub(crate) fn distance(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> f32 {
-    // At the ends of its range t is no longer a rounded distance.
-    let length = if hit.t.is_normal() && hit.t < f32::MAX {
-        f64::from(hit.t) * ray.direction.length()
-    } else {
-        (point(triangles, ray, hit) - ray.origin).length()
-    };
-    if length < f64::from(f32::MAX) { length as f32 } else { f32::MAX }
-}
-
-/// The point that a ray sees, rounded.
-fn position(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> [f32; 3] {
-    point(triangles, ray, hit).to_array().map(|x| x as f32)
-}
-
-/// The point that a ray sees: the corners weighted, so that it lies on the triangle.
-fn point(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> DVec3 {
-    let weights = triangles.barycentrics(hit.id, ray);
-    let corners = triangles.corners(hit.id);
-    DVec3::from_array([0, 1, 2].map(|k| {
-        let weighted = |corner: usize| weights[corner] * f64::from(corners[corner][k]);
-        weighted(0) + weighted(1) + weighted(2)
-    }))
 }

@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 use umbel_core::{Aabb, Film, GridFilm, Origin, Pencil};
 
 use crate::error::Error;
-use crate::scene::hammersley::{hammersley, jittered};
+use crate::random::{hammersley, jittered};
 
 /// Subpixels per pixel side for supersampling: offsets are whole numbers of 1/(2·SUBPIXELS) pixel.
 const SUBPIXELS: u32 = 128;

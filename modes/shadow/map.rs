@@ -12,13 +12,11 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use umbel_core::{
-    Aabb, Film, Frame, GridFilm, Hits, Options, Origin, Pencil, Ray, Stats, SurfaceHits, Triangles,
-};
+use umbel_core::{Aabb, Film, Frame, GridFilm, Hits, Options, Origin, Pencil, Stats, SurfaceHits, Triangles};
 
 use crate::error::Error;
-use crate::render::distance;
 use crate::scene::camera::{CUBE_FACES, Camera, Lens, unit};
+use crate::scene::hit_points::{distance, surface_distance};
 use crate::shadow::lookup::CubeMap;
 
 /// How much larger than the scene a sun's film is, so that rounding leaves no vertex outside.
@@ -72,11 +70,6 @@ pub fn surface_distances(pencil: &Pencil, hits: &SurfaceHits) -> Vec<f32> {
         miss => miss,
     };
     (0..hits.len()).into_par_iter().map(of_ray).collect()
-}
-
-/// The Euclidean distance at t of a ray, finite.
-pub(crate) fn surface_distance(ray: &Ray, t: f32) -> f32 {
-    (ray.direction.length() * f64::from(t)).min(f64::from(f32::MAX)) as f32
 }
 
 /// The matrix of each face, row by row, in the order +X −X +Y −Y +Z −Z: it takes (x, y, 1) to a direction in the world.

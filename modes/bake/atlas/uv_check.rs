@@ -56,12 +56,12 @@ pub struct UvCheck {
 /// Looks through an atlas. O(texels · samples + triangles) time, in parallel.
 #[must_use]
 pub fn check_uvs(atlas: &Atlas<'_>) -> UvCheck {
-    let scene = atlas.scene;
+    let scene = atlas.layout.scene;
     let [covered, overlapping, mirrored_overlap] = atlas
         .blocks(0..atlas.size())
         .map(texel_counts)
         .reduce(|| [0; 3], |one, other| [0, 1, 2].map(|k| one[k] + other[k]));
-    let turns = &atlas.charts.turns;
+    let turns = &atlas.layout.charts.turns;
     let charts_that_turn = |turn: i8| turns.iter().filter(|&&of_chart| of_chart == turn).count() as u32;
     let mut check = UvCheck {
         texels: u64::from(atlas.size()) * u64::from(atlas.size()),
@@ -109,9 +109,9 @@ fn texel_counts(mut block: Block<'_>) -> [u64; 3] {
 /// How many charts lie wholly in each tile other than (0, 0).
 fn other_tiles(atlas: &Atlas<'_>) -> Vec<([i64; 2], u32)> {
     let mut bounds = vec![[[f32::INFINITY; 2], [f32::NEG_INFINITY; 2]]; atlas.charts() as usize];
-    for (id, _) in (0_u32..).zip(&atlas.scene.triangles) {
+    for (id, _) in (0_u32..).zip(&atlas.layout.scene.triangles) {
         let id = TriangleId(id);
-        if let (Some(corners), Some(chart)) = (atlas.scene.uv_corners(id), atlas.chart(id)) {
+        if let (Some(corners), Some(chart)) = (atlas.layout.scene.uv_corners(id), atlas.chart(id)) {
             let [lo, hi] = &mut bounds[chart as usize];
             for (corner, k) in corners.iter().flat_map(|corner| [(corner, 0), (corner, 1)]) {
                 (lo[k], hi[k]) = (lo[k].min(corner[k]), hi[k].max(corner[k]));

@@ -65,11 +65,11 @@ impl Files<'_> {
             (Some(file), _) => file.write_vertices(path, values, (self.args.into, self.common)),
             _ if extension(path) == "npy" => write_npy(path, &[values.len()], Array::F32(values)),
             (None, Source::Points(points)) => {
-                let positions =
+                let positions: Vec<[f32; 3]> =
                     points.hemispheres.iter().map(|hemisphere| hemisphere.receiver.point).collect();
-                write_ply_mesh(path, &Scene { positions, ..Scene::default() }, name, values)
+                write_ply_mesh(path, &positions, &[], name, values)
             }
-            _ => write_ply_mesh(path, self.scene, name, values),
+            _ => write_ply_mesh(path, &self.scene.positions, &self.scene.triangles, name, values),
         }
     }
 

@@ -17,7 +17,7 @@ use crate::formats::gltf::document::{
 use crate::formats::gltf::extensions::{DRACO, compressed};
 use crate::formats::gltf::nodes::{Instance, instances};
 use crate::formats::gltf::optics::optics;
-use crate::formats::gltf::{GltfOptions, GltfOrigin};
+use crate::formats::gltf::options::{GltfOptions, GltfOrigin};
 use crate::scene::{Material, NO_INDEX, Object, Scene};
 
 /// Makes the scene, without a name, and tells where each part of it comes from.

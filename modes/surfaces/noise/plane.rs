@@ -7,7 +7,7 @@
 
 use fearless_simd::prelude::*;
 
-use crate::bake::sample_sets::mix;
+use crate::random::mix;
 use crate::surfaces::lanes::Lanes;
 use crate::surfaces::noise::lattice::weight as weight_lanes;
 use crate::surfaces::noise::lattice::{

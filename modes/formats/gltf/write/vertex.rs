@@ -12,11 +12,12 @@ use serde_json::{Value, json};
 
 use crate::error::Error;
 use crate::error::Problem;
+use crate::formats::gltf::GltfFile;
 use crate::formats::gltf::accessor::Data;
 use crate::formats::gltf::document::{Document, broken};
 use crate::formats::gltf::extensions::DRACO;
+use crate::formats::gltf::options::GltfOrigin;
 use crate::formats::gltf::write::{primitive_mut, push};
-use crate::formats::gltf::{GltfFile, GltfOrigin};
 
 /// A buffer view of vertex attributes, `ARRAY_BUFFER` of OpenGL.
 const ARRAY_BUFFER: u32 = 34962;
