@@ -12,5 +12,7 @@ mod occlusion;
 mod reading;
 #[path = "gltf/spoiling.rs"]
 mod spoiling;
+#[path = "gltf/tolerance.rs"]
+mod tolerance;
 #[path = "gltf/validator.rs"]
 mod validator;

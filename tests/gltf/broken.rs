@@ -59,7 +59,8 @@ fn missing_files_are_named() {
     assert!(refused(".").contains("not a file"));
     assert!(refused("https://example.com/a.bin").contains("https://example.com/a.bin"));
     assert!(refused("data:application/octet-stream;base64,***").contains("base64"));
-    assert!(refused("data:text/plain,hello").contains("base64"));
+    assert!(refused("data:text/plain,hello").contains("only 5"));
+    assert!(refused("data:text/plain").contains("comma"));
     assert!(refused("data:application/octet-stream;base64,AAAA").contains("only 3"));
 }
 
@@ -116,7 +117,6 @@ fn accessors_that_leave_their_bytes_are_refused() {
         ("/bufferViews/0/byteLength", json!(huge), "bufferViews[0] reaches beyond"),
         ("/bufferViews/0/byteOffset", json!(huge), "bufferViews[0] reaches beyond"),
         ("/bufferViews/0/byteStride", json!(8), "byteStride of 8"),
-        ("/bufferViews/0/byteStride", json!(0), "byteStride of 0"),
         ("/bufferViews/0/byteStride", json!(huge), "reach beyond"),
         ("/bufferViews/0/buffer", json!(1), "buffers[1]"),
         ("/buffers/0/byteLength", json!(93), "has only 92"),
