@@ -23,7 +23,7 @@ use umbel::{
 
 use crate::args::Common;
 use crate::bake::args::{BakeArgs, OccluderArgs};
-use crate::bake::dial::Dial;
+use crate::bake::dial::{Dial, Done};
 use crate::bake::files::Files;
 use crate::bake::gltf::Patched;
 use crate::bake::source::{Extent, Results, Source};
@@ -74,7 +74,7 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     let source = timed(&mut times.receivers, || Source::new(args, &scene))?;
     warn(&source, common);
     let dial = Dial { options, source: &source, triangles: &triangles, piece: plan.piece, common, start };
-    let choice = args.dial.goal().map(|goal| dial.choose(goal)).transpose()?;
+    let (choice, done) = args.dial.goal().map(|goal| dial.choose(goal)).transpose()?.unzip();
     if let Some(choice) = &choice {
         options.rays = choice.setting;
         bake = Bake::new(options)?;
@@ -85,7 +85,14 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     let around = rays_around(scene.bounds().union(source.points_bounds()), plan.values as usize);
     let dicing = args.occluders.made.dicing();
     let among = BakeOccluders { triangles: &triangles, surfaces: &surfaces, around, dicing };
-    let found = run(&bake, (&source, among), (plan.piece, options.bent), common, &mut times)?;
+    let found = match done.flatten() {
+        Some(Done { found, times: taken }) => {
+            times.receivers += taken.receivers;
+            times.engine = taken.engine;
+            found
+        }
+        None => run(&bake, (&source, among), (plan.piece, options.bent), common, &mut times)?,
+    };
     let mut hash = blake3::Hasher::new();
     let (stats, rays) = (found.stats, usize::try_from(found.rays).unwrap_or(usize::MAX));
     let mut more = report_fields(&options, &source, &found, &plan);
