@@ -1,0 +1,8 @@
+//! Reading glTF and GLB, and writing them back with ambient occlusion, from outside: files made by hand.
+
+mod broken;
+mod making;
+mod occlusion;
+mod reading;
+mod spoiling;
+mod validator;
