@@ -1,0 +1,9 @@
+//! What the library makes of the answers: pictures, shadows, bounces, receivers of atlases, and their checks.
+
+mod atlas;
+#[cfg(all(feature = "gltf", feature = "obj"))]
+mod bounces;
+mod pictures;
+#[cfg(feature = "obj")]
+mod shadow;
+mod verify;
