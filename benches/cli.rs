@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use umbel::Grouping;
+use umbel::engine::Grouping;
 
 use crate::ambient::MaxDistance;
 use crate::surface_points::ReceiverSet;

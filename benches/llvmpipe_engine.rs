@@ -5,8 +5,8 @@
 
 use std::rc::Rc;
 
+use umbel::engine::{Film, GridFilm};
 use umbel::glam::{DMat3, DVec3};
-use umbel::{Film, GridFilm};
 
 use crate::Result;
 use crate::answer::Hits;

@@ -19,11 +19,12 @@ mod sides;
 
 use generators::{KINDS, Kind, Mesh, Random, widen};
 use oracle::OracleRay;
-use umbel::glam::DVec3;
-use umbel::{
-    Above, Accuracy, Grouping, Hemisphere, Isa, NO_TRIANGLE, Occlusion, OpenRays, Options, Path, RaySample,
-    RaySamples, Receiver, Scene, Side, Stats, TriangleId, Triangles, builtin, open_rays,
+use umbel::engine::{
+    Above, Accuracy, Grouping, Hemisphere, Isa, Occlusion, OpenRays, RaySample, RaySamples, Receiver, Side,
+    open_rays,
 };
+use umbel::glam::DVec3;
+use umbel::{NO_TRIANGLE, Options, Path, Scene, Stats, TriangleId, Triangles, builtin};
 
 /// How many times as much as usual.
 fn times() -> usize {

@@ -24,8 +24,9 @@ use generators::meshes::{cube, is_closed, sphere, star, torus};
 use generators::{KINDS, Kind, Mesh, Random, widen};
 use oracle::{OracleRay, Ties};
 use start::{check_point, mix, weights};
+use umbel::engine::Side;
 use umbel::glam::DVec3;
-use umbel::{Hits, NO_TRIANGLE, Options, Ray, Side, TriangleId, closest_hit};
+use umbel::{Hits, NO_TRIANGLE, Options, Ray, TriangleId, closest_hit};
 
 /// How many times as much as usual.
 fn times() -> usize {

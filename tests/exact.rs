@@ -19,8 +19,9 @@ mod oracle;
 use generators::{KINDS, Kind, Mesh, Random};
 use oracle::{Dyadic, OracleRay, Ties};
 use proptest::prelude::*;
+use umbel::engine::{Film, GridFilm, Rays};
 use umbel::glam::DVec3;
-use umbel::{Film, GridFilm, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays, any_hit, closest_hit};
+use umbel::{NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, any_hit, closest_hit};
 
 /// What was compared.
 #[derive(Debug, Clone, Copy, Default)]

@@ -1,11 +1,9 @@
 //! Frames that are used again: the same answer as from scratch, whatever survived from the frame before; and what a query
 //! costs in memory.
 
+use umbel::engine::{Film, GridFilm, Partition, Rays};
 use umbel::glam::DVec3;
-use umbel::{
-    Film, Frame, GridFilm, NO_TRIANGLE, Options, Origin, Partition, Path, Pencil, Ray, Rays, Scene,
-    Triangles, builtin, closest_hit,
-};
+use umbel::{Frame, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Scene, Triangles, builtin, closest_hit};
 
 #[path = "generators/mod.rs"]
 mod generators;
@@ -14,7 +12,7 @@ use generators::Random;
 
 /// A pinhole at some distance in front of a scene's box.
 fn view(scene: &Scene, width: u32, height: u32) -> Pencil {
-    let bounds = umbel::Aabb::of_points(scene.positions.iter().copied());
+    let bounds = umbel::engine::Aabb::of_points(scene.positions.iter().copied());
     let (centre, extent) = (DVec3::from_array(bounds.centre()), DVec3::from_array(bounds.extent()));
     let eye = centre + DVec3::new(0.3, 0.2, 1.1) * extent.max_element();
     let forward = centre - eye;

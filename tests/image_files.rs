@@ -6,8 +6,9 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage, f16,
 };
 use tempfile::TempDir;
-use umbel::{
-    Channel, Error, Samples, read_exr, read_png_rgb8, srgb_encode, write_exr, write_png_rgb8, write_png_rgba8,
+use umbel::Error;
+use umbel::files::{
+    Channel, Samples, read_exr, read_png_rgb8, srgb_encode, write_exr, write_png_rgb8, write_png_rgba8,
 };
 
 /// A directory of its own for each test.

@@ -4,7 +4,9 @@ use std::fs;
 use std::path::PathBuf;
 
 use tempfile::TempDir;
-use umbel::{Error, NO_INDEX, ObjOptions, Scene, read_obj};
+use umbel::formats::{ObjOptions, read_obj};
+use umbel::scene::NO_INDEX;
+use umbel::{Error, Scene};
 
 /// A triangle's vertices, for files that are about something else.
 const CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";

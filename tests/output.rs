@@ -5,7 +5,8 @@ use std::io::{self, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
-use umbel::{Array, Error, write_atomically, write_npy};
+use umbel::Error;
+use umbel::files::{Array, write_atomically, write_npy};
 
 /// A directory of its own for each test.
 fn directory() -> TempDir {

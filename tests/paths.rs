@@ -12,10 +12,12 @@ mod generators;
 
 use generators::Mesh;
 use generators::meshes::{cube, sphere};
+use umbel::builtin::builtin_view;
+use umbel::engine::{Film, GridFilm, Rays};
 use umbel::glam::DVec3;
 use umbel::{
-    Camera, Film, GridFilm, Hits, Lens, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays, Scene, Stats,
-    Triangles, any_hit, builtin, builtin_view, closest_hit,
+    Camera, Hits, Lens, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Scene, Stats, Triangles, any_hit,
+    builtin, closest_hit,
 };
 
 const LENSES: [Lens; 5] = [

@@ -21,10 +21,12 @@ mod sides;
 
 use generators::{KINDS, Kind, Mesh, Random, widen};
 use oracle::OracleRay;
+use umbel::builtin::builtin_view;
+use umbel::engine::{Accuracy, Isa, Receiver, Side, shadowed};
 use umbel::glam::DVec3;
 use umbel::{
-    Accuracy, Camera, Frame, Isa, Lens, NO_TRIANGLE, Options, Origin, Path, Receiver, Scene, Side,
-    TriangleId, Triangles, builtin, builtin_view, shadowed, visibility,
+    Camera, Frame, Lens, NO_TRIANGLE, Options, Origin, Path, Scene, TriangleId, Triangles, builtin,
+    visibility,
 };
 
 /// How many times as much as usual.

@@ -3,8 +3,8 @@
 mod support;
 
 use support::{Place, Run};
+use umbel::files::write_png_rgb8;
 use umbel::glam::DVec3;
-use umbel::write_png_rgb8;
 
 /// A cube of quads with texture coordinates.
 const CUBE: &str = "\

@@ -19,8 +19,9 @@ mod sides;
 
 use generators::meshes::{cube, is_closed, sphere, star, torus};
 use generators::{KINDS, Kind, Mesh, Random, widen};
+use umbel::engine::{Segment, Side, blocked};
 use umbel::glam::DVec3;
-use umbel::{Options, Segment, Side, TriangleId, blocked};
+use umbel::{Options, TriangleId};
 
 /// How many times as much as usual.
 fn times() -> usize {

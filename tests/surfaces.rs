@@ -18,7 +18,7 @@ mod patches;
 mod plain;
 mod support;
 
-use umbel::{Aabb, Detail, Domain, OnDemand};
+use umbel::engine::{Aabb, Detail, Domain, OnDemand};
 
 /// All patches of a surface, at the finest level of detail.
 fn patches<S: OnDemand>(surface: &S) -> Vec<S::Object> {

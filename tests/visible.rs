@@ -7,7 +7,8 @@ use std::collections::BTreeSet;
 use serde_json::json;
 use support::Place;
 use umbel::glam::DVec3;
-use umbel::{Camera, Lens, NO_TRIANGLE, Options, Path, builtin, visible};
+use umbel::render::visible;
+use umbel::{Camera, Lens, NO_TRIANGLE, Options, Path, builtin};
 
 const SCENE: &str = "builtin:umbel:5000";
 

@@ -6,7 +6,8 @@
 //! neither on the others, nor on how they are cut into pieces, nor on threads. (Several receivers of one texel stay together.)
 //!
 //! ```
-//! use umbel::{Bake, BakeOptions, Frame, Options, Scene};
+//! use umbel::{Frame, Options, Scene};
+//! use umbel::bake::{Bake, BakeOptions};
 //!
 //! let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 //! let scene = Scene { positions, triangles: vec![[0, 1, 2]], ..Scene::default() };
@@ -19,25 +20,34 @@
 //!
 //! Based on: Alexander Keller and Wolfgang Heidrich, "Interleaved Sampling", 2001.
 
-pub(crate) mod atlas;
-pub(crate) mod depth_maps;
+pub mod atlas;
+pub mod depth_maps;
 pub(crate) mod map_places;
-pub(crate) mod occluder_scenes;
-pub(crate) mod occluders;
+pub mod occluder_scenes;
+pub mod occluders;
 pub(crate) mod openness;
-pub(crate) mod options;
-pub(crate) mod receivers;
-pub(crate) mod sample_sets;
+pub mod options;
+pub mod receivers;
+pub mod sample_sets;
+
+pub use atlas::image::TexelImage;
+pub use atlas::layout::AtlasOptions;
+pub use atlas::uv_check::{UvCheck, check_uvs};
+pub use atlas::{Atlas, TexelReceiver};
+pub use depth_maps::DepthMaps;
+pub use occluder_scenes::Occluders;
+pub use occluders::{BakeOccluders, rays_around};
+pub use options::{BakeOptions, Polarity};
+pub use receivers::BakeReceivers;
+pub use receivers::points::read_points;
+pub use receivers::vertices::VertexReceivers;
+pub use sample_sets::{Falloff, Reach, SampleSet, Weighting};
 
 use umbel_core::{Frame, Hemisphere, Occlusion, OpenRays, Options, RaySample, RaySamples, Stats};
 
-use crate::bake::depth_maps::DepthMaps;
 use crate::bake::map_places::Places;
-use crate::bake::occluders::BakeOccluders;
 use crate::bake::openness::{Sums, dot, weigh_own, weigh_shared};
-use crate::bake::options::BakeOptions;
-use crate::bake::receivers::BakeReceivers;
-use crate::bake::sample_sets::{INTERLEAVED, OwnSets, SampleSet, set_of, sphere_sets};
+use crate::bake::sample_sets::{INTERLEAVED, OwnSets, set_of, sphere_sets};
 use crate::error::Error;
 
 /// Rays of one call of the engine that are worth their fixed cost, and that a user does not wait long for.

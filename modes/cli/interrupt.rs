@@ -1,6 +1,6 @@
 //! Ctrl-C: the process ends with exit code 130, whatever it is at, and leaves no half of anything.
 //!
-//! Outputs come into being by a rename, see [`umbel::write_atomically`]. So it is enough to wait until no temporary file is
+//! Outputs come into being by a rename, see [`umbel::files::write_atomically`]. So it is enough to wait until no temporary file is
 //! around. A signal that whoever started the process has it ignore, such as a shell for its background jobs, stays ignored.
 
 use std::io::Write as _;
@@ -11,7 +11,7 @@ const INTERRUPTED: i32 = 130;
 /// Ends the process on Ctrl-C from here on.
 pub(crate) fn exit_on_interrupt() {
     let end = || {
-        let _pause = umbel::pause_writing();
+        let _pause = umbel::files::pause_writing();
         // Where nobody listens there is nobody to tell.
         let _ = writeln!(std::io::stderr(), "interrupted");
         std::process::exit(INTERRUPTED);

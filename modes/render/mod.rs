@@ -6,23 +6,29 @@
 //! Based on: Christopher Burns and Warren Hunt, "The Visibility Buffer: A Cache-Friendly Approach to Deferred Shading",
 //! 2013.
 
-pub(crate) mod bounce;
+pub mod bounce;
 pub(crate) mod lamps;
-pub(crate) mod point_cloud;
+pub mod point_cloud;
 pub(crate) mod raster;
 pub(crate) mod shade;
 pub(crate) mod shading_normal;
-pub(crate) mod surfaces;
-pub(crate) mod verify;
-pub(crate) mod visible;
+pub mod surfaces;
+pub mod verify;
+pub mod visible;
 pub(crate) mod work;
+
+pub use bounce::Followed;
+pub use bounce::spawn::{Bounces, Spawned};
+pub use point_cloud::{SeenPoint, write_ply};
+pub use surfaces::{SurfaceBuffer, SurfaceLook, surface_preview, surface_visibility};
+pub use verify::{Mark, Verification, verify, verify_buffer};
+pub use visible::{Visible, visible};
 
 use rayon::prelude::*;
 use umbel_core::{Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Path, Ray, Stats, TileStats, closest_hit};
 
 use crate::error::Error;
-use crate::render::bounce::spawn::Bounces;
-use crate::render::bounce::{Followed, Surroundings, WAVE};
+use crate::render::bounce::{Surroundings, WAVE};
 use crate::render::lamps::Lamps;
 use crate::render::shade::{Shader, background_of};
 use crate::render::work::work_of;

@@ -1,6 +1,7 @@
 //! What cannot be baked is refused with a reason and a remedy.
 
-use umbel::{Atlas, AtlasOptions, Error, Scene};
+use umbel::bake::{Atlas, AtlasOptions};
+use umbel::{Error, Scene};
 
 use crate::scenes::{push, soup};
 

@@ -9,8 +9,9 @@
 
 use std::f64::consts::PI;
 
+use umbel::Scene;
+use umbel::bake::{BakeOptions, Falloff, Polarity, Reach, SampleSet, Weighting};
 use umbel::glam::DVec3;
-use umbel::{BakeOptions, Falloff, Polarity, Reach, SampleSet, Scene, Weighting};
 
 use crate::generators;
 use crate::{free_points, quads, run};

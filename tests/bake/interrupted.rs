@@ -54,10 +54,10 @@ fn the_old_file_stays() {
 fn writers_wait_for_a_pause_to_end() {
     let place = Place::new();
     let path = place.path("a.txt");
-    let pause = umbel::pause_writing();
+    let pause = umbel::files::pause_writing();
     let writer = std::thread::spawn({
         let path = path.clone();
-        move || umbel::write_atomically(&path, |out| out.write_all(b"new"))
+        move || umbel::files::write_atomically(&path, |out| out.write_all(b"new"))
     });
     std::thread::sleep(std::time::Duration::from_millis(50));
     assert_eq!(place.names(), [""; 0]);

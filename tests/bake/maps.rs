@@ -5,11 +5,10 @@
 //!
 //! Based on: John Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", 1982.
 
+use umbel::bake::{Bake, BakeOptions, BakeReceivers, DepthMaps, Reach, SampleSet};
+use umbel::engine::{Aabb, Grouping, Isa};
 use umbel::glam::DVec3;
-use umbel::{
-    Aabb, Bake, BakeOptions, BakeReceivers, DepthMaps, Error, Frame, Grouping, Isa, Options, Reach,
-    SampleSet, Scene,
-};
+use umbel::{Error, Frame, Options, Scene};
 
 use crate::generators::meshes::{cube, sphere};
 use crate::{free_points, run};

@@ -1,6 +1,6 @@
 //! Files of the command: NPY, PLY, the report; gray images.
 
-use umbel::{GrayBits, write_png_gray};
+use umbel::files::{GrayBits, write_png_gray};
 
 use crate::support::Place;
 use crate::{CUBE, FLOOR};

@@ -1,8 +1,9 @@
 //! The rays of `--dump-rays` against exact integers, and the values against the rays.
 
 use umbel::Scene;
+use umbel::bake::{BakeOptions, Falloff, Reach, SampleSet, TracedRay, Weighting};
 use umbel::glam::DVec3;
-use umbel::{BakeOptions, Falloff, LoadOptions, Reach, SampleSet, TracedRay, Weighting, load};
+use umbel::{LoadOptions, load};
 
 use crate::generators::Random;
 use crate::oracle::{self, OracleRay, Ties};

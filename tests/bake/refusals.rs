@@ -1,6 +1,9 @@
 //! What `bake` refuses: with its exit code, with a message that names the culprit, and with nothing written.
 
-use umbel::{Bake, BakeOptions, Falloff, Grouping, Occluders, Reach, SampleSet, Scene, glam::DVec3};
+use umbel::Scene;
+use umbel::bake::{Bake, BakeOptions, Falloff, Occluders, Reach, SampleSet};
+use umbel::engine::Grouping;
+use umbel::glam::DVec3;
 
 use crate::support::Place;
 use crate::{FLOOR, npy, npy_points};

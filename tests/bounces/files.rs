@@ -1,6 +1,7 @@
 //! Mirrors and glass in files and on the command line.
 
-use umbel::{LoadOptions, Optics, load};
+use umbel::scene::Optics;
+use umbel::{LoadOptions, load};
 
 use crate::support::Place;
 

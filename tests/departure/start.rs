@@ -2,8 +2,9 @@
 //!
 //! Based on: section 5 of the design, "Leaving a surface".
 
+use umbel::TriangleId;
+use umbel::engine::Side;
 use umbel::glam::DVec3;
-use umbel::{Side, TriangleId};
 
 use crate::generators::{Mesh, Random, widen};
 use crate::sides;

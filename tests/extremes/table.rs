@@ -1,10 +1,9 @@
 //! One row of the table: a scene, its rays, and what the engine says of them on every path and instruction set.
 
 use rayon::prelude::*;
+use umbel::engine::{Film, GridFilm, Isa, Rays};
 use umbel::glam::DVec3;
-use umbel::{
-    Film, GridFilm, Hits, Isa, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays, any_hit, closest_hit,
-};
+use umbel::{Hits, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, any_hit, closest_hit};
 
 use crate::generators::{self, Kind, Mesh, Random};
 use crate::oracle::{self, OracleRay, Ties};

@@ -8,8 +8,9 @@
 
 #![allow(dead_code, reason = "each test file includes this module and uses parts of it")]
 
+use umbel::Triangles;
+use umbel::engine::GridFilm;
 use umbel::glam::DVec3;
-use umbel::{GridFilm, Triangles};
 
 pub(crate) mod meshes;
 

@@ -1,7 +1,7 @@
 //! What is refused, with its name and a remedy.
 
 use serde_json::{Value, json};
-use umbel::{GltfOptions, read_gltf};
+use umbel::formats::{GltfOptions, read_gltf};
 
 use crate::making::{FLOAT, Folder, Making, UNSIGNED_BYTE, UNSIGNED_INT, refusal};
 

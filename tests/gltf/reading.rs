@@ -1,7 +1,9 @@
 //! What scenes become of files made by hand.
 
 use serde_json::{Value, json};
-use umbel::{GltfOptions, LoadOptions, NO_INDEX, Scene, load};
+use umbel::formats::GltfOptions;
+use umbel::scene::NO_INDEX;
+use umbel::{LoadOptions, Scene, load};
 
 use crate::making::{
     BYTE, Folder, Making, SHORT, SQUARE, SQUARE_UVS, UNSIGNED_BYTE, UNSIGNED_INT, UNSIGNED_SHORT,

@@ -1,7 +1,8 @@
 //! Groups of triangles: the given partition divides between them, and no hit depends on them.
 
+use umbel::engine::Partition;
 use umbel::glam::DVec3;
-use umbel::{NO_TRIANGLE, Partition, Ray, Scene, Stats, Triangles, builtin, closest_hit};
+use umbel::{NO_TRIANGLE, Ray, Scene, Stats, Triangles, builtin, closest_hit};
 
 use super::generators::Mesh;
 use super::generators::meshes::sphere;

@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
+use umbel::engine::{Film, GridFilm};
 use umbel::glam::DVec3;
-use umbel::{
-    CUBE_FACES, Film, Frame, GridFilm, Options, Origin, Pencil, closest_hit, cube_map, cube_pencil,
-    distances, face_matrices,
-};
+use umbel::scene::CUBE_FACES;
+use umbel::shadow::{cube_map, cube_pencil, distances, face_matrices};
+use umbel::{Frame, Options, Origin, Pencil, closest_hit};
 
 use crate::BOX;
 use crate::generators::Mesh;

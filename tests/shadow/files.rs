@@ -1,7 +1,7 @@
 //! The files of `shadow`: NPY, EXR, KTX2 and PNG hold the same numbers; several lights; the report; the table.
 
 use ktx2::{ColorModel, Format, Reader, TransferFunction};
-use umbel::{Samples, read_exr, read_png_rgb8, write_ktx2_cube};
+use umbel::files::{Samples, read_exr, read_png_rgb8, write_ktx2_cube};
 
 use crate::support::{Place, cube_direction};
 use crate::{BOX, FLOOR};

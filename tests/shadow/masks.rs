@@ -1,7 +1,9 @@
 //! Masks through the command: polygons of shadows by formula, samples, misses, what turns away, pictures with lights.
 
+use umbel::files::read_png_rgb8;
 use umbel::glam::DVec3;
-use umbel::{Camera, Lens, LoadOptions, Options, load, point_light, read_png_rgb8, shadow_masks, sun_light};
+use umbel::shadow::{point_light, shadow_masks, sun_light};
+use umbel::{Camera, Lens, LoadOptions, Options, load};
 
 use crate::support::Place;
 use crate::{BOX, FLOOR};

@@ -160,7 +160,9 @@ pub(crate) fn cube_direction(size: usize, pixel: usize) -> DVec3 {
 
 /// The teapot as an OBJ file: its micropolygons, with edges of about 1/60 of a unit.
 pub(crate) fn teapot_obj() -> String {
-    use umbel::{Camera, Dicing, Lens, SurfaceOptions, dice_all, load_surfaces};
+    use umbel::engine::{Dicing, dice_all};
+    use umbel::formats::{SurfaceOptions, load_surfaces};
+    use umbel::{Camera, Lens};
     let lens = Lens::Ortho { height: 6.0 };
     let (eye, target) = (DVec3::new(4.0, 5.0, 6.0), DVec3::new(0.0, 1.5, 0.0));
     let camera = Camera { eye, target, up: DVec3::Y, lens, width: 360, height: 360 };

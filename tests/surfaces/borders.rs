@@ -2,8 +2,10 @@
 
 use std::collections::HashMap;
 
+use umbel::engine::{Detail, OnDemand};
 use umbel::glam::DVec3;
-use umbel::{Creases, Detail, DisplacedMesh, Field, OnDemand, SubdivisionSurface, Terrain};
+use umbel::scene::Creases;
+use umbel::surfaces::{DisplacedMesh, Field, SubdivisionSurface, Terrain};
 
 use crate::bounds::displacements;
 use crate::detail::from_eye;

@@ -1,11 +1,13 @@
 //! Bounds never cut off a point: of any surface, over any part.
 
 use proptest::prelude::*;
+use umbel::engine::{Aabb, Detail, Dicing, Domain, Film, GridFilm, Isa, OnDemand};
 use umbel::glam::DVec3;
-use umbel::{
-    Aabb, Creases, Detail, Dicing, DisplacedMesh, Displacement, Domain, Field, Film, GridFilm, HeightMap,
-    Isa, Noise, OnDemand, Origin, Pencil, Relief, SubdivisionSurface, Terrain,
+use umbel::scene::Creases;
+use umbel::surfaces::{
+    DisplacedMesh, Displacement, Field, HeightMap, Noise, Relief, SubdivisionSurface, Terrain,
 };
+use umbel::{Origin, Pencil};
 
 use crate::meshes::{cube, house, sheet, sphere, star, tangle};
 use crate::patches::teapot;

@@ -1,7 +1,10 @@
 //! Catmull-Clark surfaces against limit masks and against a plain refinement of the whole cage.
 
+use umbel::Scene;
+use umbel::engine::OnDemand;
 use umbel::glam::DVec3;
-use umbel::{Creases, Displacement, OnDemand, Scene, SubdivisionSurface};
+use umbel::scene::Creases;
+use umbel::surfaces::{Displacement, SubdivisionSurface};
 
 use crate::meshes::{cube, house, sheet, star};
 use crate::plain::Plain;

@@ -1,6 +1,7 @@
 //! Meshes that several tests displace and subdivide.
 
-use umbel::{Scene, read_obj};
+use umbel::Scene;
+use umbel::formats::read_obj;
 
 use crate::support::{Place, Random};
 

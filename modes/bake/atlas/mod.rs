@@ -27,10 +27,10 @@
 
 pub(crate) mod block;
 pub(crate) mod charts;
-pub(crate) mod image;
-pub(crate) mod layout;
+pub mod image;
+pub mod layout;
 pub(crate) mod texel_coverage;
-pub(crate) mod uv_check;
+pub mod uv_check;
 
 use std::ops::Range;
 use std::path::PathBuf;

@@ -18,7 +18,7 @@
 pub(crate) mod mirror_planes;
 pub(crate) mod paths;
 pub(crate) mod planar_mirror;
-pub(crate) mod spawn;
+pub mod spawn;
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -8,10 +8,8 @@
 use arbitrary::{Arbitrary, Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
 use umbel::glam::DVec3;
-use umbel::{
-    Film, GridFilm, Isa, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays, Triangles, any_hit,
-    closest_hit,
-};
+use umbel::{any_hit, closest_hit, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Triangles};
+use umbel::engine::{Film, GridFilm, Isa, Rays};
 
 #[path = "../../oracle/mod.rs"]
 mod oracle;
