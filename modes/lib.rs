@@ -1,7 +1,17 @@
 //! umbel: primary visibility on the CPU, exact and deterministic, with nothing to build.
 //!
 //! This package is what the engine is for: scenes from files, cameras, pictures, checks. The engine itself is
-//! `umbel-core`; its public items are re-exported here, so that one dependency is enough.
+//! `umbel-core`; it is here as [`engine`], so that one dependency is enough. What most programs need stands at the root,
+//! the rest in the module of its subject:
+//!
+//! - [`scene`] and [`formats`]: triangles in memory, and files that they come from; [`builtin`](mod@builtin) makes some by rules;
+//! - [`render`]: what a camera sees, ids and distances first, and pictures of it;
+//! - [`shadow`]: exact shadows, and shadow maps; [`bake`]: ambient occlusion for vertices, texels and points;
+//! - [`surfaces`]: shapes that are made where rays need them;
+//! - [`files`]: arrays and images; [`measure`]: differences and estimates of errors.
+//!
+//! The command `umbel` is behind the default feature `cli`; a library does without: `default-features = false`. Features `obj`
+//! and `gltf` read these formats.
 //!
 //! ```
 //! use umbel::{Camera, Lens, Options, builtin, glam::DVec3, visibility};
@@ -39,7 +49,7 @@ pub mod shadow;
 pub mod surfaces;
 
 pub use builtin::builtin;
-pub use error::Error;
+pub use error::{Argument, Error};
 pub use formats::load::{LoadOptions, load};
 pub use render::{Aov, AovData, VisibilityBuffer, visibility};
 pub use scene::Scene;

@@ -105,6 +105,47 @@ pub fn visibility(
     Ok((VisibilityBuffer::new(shot, camera.pixels(), frame), stats))
 }
 
+/// The depth of each pixel, row by row from the top: t along the camera's d, the z depth of a pinhole camera in world units;
+/// +∞ where nothing is seen.
+///
+/// [`visibility`] and [`VisibilityBuffer::derive`] give more at once, and take [`Options`].
+///
+/// ```
+/// use umbel::{Camera, Lens, builtin, glam::DVec3, render};
+///
+/// let scene = builtin("cornell")?;
+/// let camera = Camera::framing(&scene.bounds(), DVec3::NEG_Z, Lens::Pinhole { fov: 40.0 }, 64, 48);
+/// let depth = render::depth(&scene, &camera)?;
+/// assert_eq!(depth.len(), 64 * 48);
+/// assert!(depth[24 * 64 + 32] > 0.0);
+/// # Ok::<(), umbel::Error>(())
+/// ```
+///
+/// # Errors
+/// When the camera or the scene is refused.
+pub fn depth(scene: &Scene, camera: &Camera) -> Result<Vec<f32>, Error> {
+    Ok(visibility(scene, camera, &Options::default())?.0.ts())
+}
+
+/// The id of the triangle that each pixel sees, row by row from the top: an index into [`Scene::triangles`];
+/// [`NO_TRIANGLE`] where nothing is seen.
+///
+/// ```
+/// use umbel::{Camera, Lens, NO_TRIANGLE, builtin, glam::DVec3, render};
+///
+/// let scene = builtin("cornell")?;
+/// let camera = Camera::framing(&scene.bounds(), DVec3::NEG_Z, Lens::Pinhole { fov: 40.0 }, 64, 48);
+/// let ids = render::ids(&scene, &camera)?;
+/// assert!(ids.iter().any(|&id| id != NO_TRIANGLE));
+/// # Ok::<(), umbel::Error>(())
+/// ```
+///
+/// # Errors
+/// When the camera or the scene is refused.
+pub fn ids(scene: &Scene, camera: &Camera) -> Result<Vec<u32>, Error> {
+    Ok(visibility(scene, camera, &Options::default())?.0.ids())
+}
+
 /// The linear preview, (r, g, b) per pixel: the mean of `samples` passes over sub-pixel positions.
 ///
 /// The pass through the pixel centres is the visibility buffer where there is one sample.

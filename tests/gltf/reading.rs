@@ -284,7 +284,7 @@ fn positions_that_are_not_finite_are_refused_or_dropped() {
         primitive
     });
     let problem = making.refusal();
-    assert!(problem.contains("vertex 1 of meshes[0].primitives[0]") && problem.contains("--drop-non-finite"));
+    assert!(problem.contains("vertex 1 of meshes[0].primitives[0]") && problem.contains("drop_non_finite"));
     let options = GltfOptions { drop_non_finite: true, ..GltfOptions::default() };
     let scene = making.try_read(&options).unwrap();
     assert_eq!((scene.positions.len(), scene.positions[1]), (4, [0.0; 3]));
