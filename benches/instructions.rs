@@ -7,8 +7,9 @@
 use std::hint::black_box;
 
 use gungraun::{library_benchmark, library_benchmark_group, main};
+use umbel::engine::{Film, GridFilm};
 use umbel::glam::DVec3;
-use umbel::{Film, Frame, GridFilm, Options, Origin, Pencil, Triangles};
+use umbel::{Frame, Options, Origin, Pencil, Triangles};
 
 /// The folder of the subjects, of which this program needs one.
 mod subjects {

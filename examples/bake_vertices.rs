@@ -7,10 +7,10 @@
 
 use std::path::Path;
 
+use umbel::bake::{Bake, BakeOptions, Falloff, Occluders, Reach};
+use umbel::files::write_ply_mesh;
 use umbel::glam::DVec3;
-use umbel::{
-    Bake, BakeOptions, Error, Falloff, Frame, LoadOptions, Occluders, Options, Reach, load, write_ply_mesh,
-};
+use umbel::{Error, Frame, LoadOptions, Options, load};
 
 fn main() -> Result<(), Error> {
     let name = std::env::args().nth(1).unwrap_or_else(|| "builtin:umbel:20000".to_owned());

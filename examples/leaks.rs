@@ -11,8 +11,10 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use umbel::engine::Film;
+use umbel::files::write_atomically;
 use umbel::glam::DVec3;
-use umbel::{Error, Film, Options, Origin, Pencil, Triangles, closest_hit, write_atomically};
+use umbel::{Error, Options, Origin, Pencil, Triangles, closest_hit};
 
 fn main() -> Result<(), Error> {
     let divisions = std::env::args().nth(1).map_or(Ok(5), |text| text.parse());

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use umbel::Grouping;
+use umbel::engine::Grouping;
 
 use crate::subjects::ambient::MaxDistance;
 use crate::subjects::surface_points::ReceiverSet;

@@ -7,8 +7,9 @@
 //! Based on: Sven Woop, Carsten Benthin and Ingo Wald, "Watertight Ray/Triangle Intersection", 2013 (the experiment).
 
 use serde_json::json;
+use umbel::engine::Film;
 use umbel::glam::DVec3;
-use umbel::{Film, Options, Origin, Pencil, Triangles, closest_hit};
+use umbel::{Options, Origin, Pencil, Triangles, closest_hit};
 
 use crate::Result;
 use crate::commands::cli::{Common, LeaksArgs};

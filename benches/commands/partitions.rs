@@ -2,7 +2,8 @@
 //! counted. Counts depend on neither the load of the machine nor the number of threads.
 
 use serde_json::{Value, json};
-use umbel::{Options, Partition, Path, Stats, Triangles, closest_hit};
+use umbel::engine::Partition;
+use umbel::{Options, Path, Stats, Triangles, closest_hit};
 
 use crate::Result;
 use crate::commands::cli::{Common, PartitionsArgs};

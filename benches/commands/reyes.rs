@@ -8,11 +8,11 @@ use std::path::Path;
 use std::rc::Rc;
 
 use serde_json::{Value, json};
+use umbel::engine::{Dicing, OnDemand, SurfaceHits, closest_hit_on_demand, dice_all};
+use umbel::formats::{SurfaceOptions, SurfaceScene, load_surfaces, surface_view};
 use umbel::glam::DVec3;
-use umbel::{
-    Camera, Dicing, Displacement, Lens, Noise, OnDemand, Options, Pencil, Relief, Stats, SurfaceHits,
-    SurfaceOptions, SurfaceScene, closest_hit_on_demand, dice_all, load_surfaces, surface_view,
-};
+use umbel::surfaces::{Displacement, Noise, Relief};
+use umbel::{Camera, Lens, Options, Pencil, Stats};
 
 use crate::Result;
 use crate::commands::cli::{Common, ReyesArgs};

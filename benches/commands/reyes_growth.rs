@@ -7,7 +7,8 @@ use std::path::Path;
 
 use plotters::prelude::*;
 use serde_json::json;
-use umbel::{Dicing, Frame, Options, Stats, SurfaceHits, Triangles, dice_all};
+use umbel::engine::{Dicing, SurfaceHits, dice_all};
+use umbel::{Frame, Options, Stats, Triangles};
 
 use crate::Result;
 use crate::commands::cli::ReyesGrowthArgs;

@@ -1,7 +1,8 @@
 //! umbel: from positions and indices to the answer in one call, from scratch or with the order of the triangles kept
 //! from the round before. As with the others, the memory of ids and distances is kept.
 
-use umbel::{Frame, Grouping, Occlusion, Options, RaySamples, Triangles};
+use umbel::engine::{Grouping, Occlusion, RaySamples};
+use umbel::{Frame, Options, Triangles};
 
 use crate::Result;
 use crate::engines::engine::{Engine, Times, Variant, timed};

@@ -3,8 +3,9 @@
 use std::str::FromStr;
 
 use serde_json::{Value, json};
+use umbel::engine::{Hemisphere, RaySample};
 use umbel::glam::DVec3;
-use umbel::{Hemisphere, Options, Ray, RaySample, Scene, Triangles, closest_hit};
+use umbel::{Options, Ray, Scene, Triangles, closest_hit};
 
 use crate::Result;
 use crate::engines::Engines;

@@ -4,8 +4,9 @@
 //! scene's diagonal, lest it hit the surface that it leaves, and ends at the limit.
 
 use rayon::prelude::*;
+use umbel::Triangles;
+use umbel::engine::{Hemisphere, OpenRays};
 use umbel::glam::DVec3;
-use umbel::{Hemisphere, OpenRays, Triangles};
 
 use crate::subjects::answer::OpenBits;
 use crate::subjects::morton;

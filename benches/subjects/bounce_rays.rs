@@ -10,8 +10,9 @@
 //! Based on: Donald Knuth, "The Art of Computer Programming", volume 2 (algorithm P: shuffling).
 
 use rayon::prelude::*;
+use umbel::engine::Side;
 use umbel::glam::DVec3;
-use umbel::{Hits, Pencil, Ray, Side, TriangleId, Triangles};
+use umbel::{Hits, Pencil, Ray, TriangleId, Triangles};
 
 use crate::subjects::ambient_rays::Departure;
 use crate::subjects::answer;

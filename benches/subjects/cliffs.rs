@@ -3,8 +3,9 @@
 //! The eye is at the origin and looks along −z. Corners are placed on the film: (x, y, z) with x and y in half heights of
 //! the film at distance 1 and z in front of the eye becomes (x·z·h, y·z·h, −z).
 
+use umbel::engine::{Film, GridFilm};
 use umbel::glam::{DVec2, DVec3};
-use umbel::{Film, GridFilm, Origin, Pencil};
+use umbel::{Origin, Pencil};
 
 use crate::Result;
 

@@ -3,7 +3,7 @@
 //! Based on: G. M. Morton, "A Computer Oriented Geodetic Data Base and a New Technique in File Sequencing", 1966.
 
 use rayon::prelude::*;
-use umbel::Aabb;
+use umbel::engine::Aabb;
 
 /// Bits of a coordinate's cell.
 const BITS: u32 = 21;

@@ -1,8 +1,10 @@
 //! The subject of closest hits: what is seen from one point through one film, or through the six of a cube.
 
 use serde_json::Value;
+use umbel::engine::Film;
 use umbel::glam::DVec3;
-use umbel::{Camera, Film, Origin, Pencil, Scene, cube_pencil};
+use umbel::shadow::cube_pencil;
+use umbel::{Camera, Origin, Pencil, Scene};
 
 use crate::Result;
 use crate::engines::Engines;

@@ -1,8 +1,10 @@
 //! The subject of shadows: which of the points that a camera sees does a light not see?
 
 use serde_json::Value;
+use umbel::engine::Receiver;
 use umbel::glam::DVec3;
-use umbel::{Camera, Origin, Receiver, Scene, Triangles, closest_hit, receivers};
+use umbel::shadow::receivers;
+use umbel::{Camera, Origin, Scene, Triangles, closest_hit};
 
 use crate::Result;
 use crate::engines::Engines;

@@ -3,8 +3,9 @@
 //! Its eye is a point before the middle; the first sheet just covers the film, those behind it are larger, so that each would
 //! fill the picture alone.
 
+use umbel::engine::{Aabb, Detail, Domain, Film, GridFilm, OnDemand};
 use umbel::glam::DVec3;
-use umbel::{Aabb, Detail, Domain, Film, GridFilm, OnDemand, Origin, Pencil};
+use umbel::{Origin, Pencil};
 
 use crate::Result;
 
@@ -86,7 +87,8 @@ impl OnDemand for Sheets {
 
 #[cfg(test)]
 mod tests {
-    use umbel::{Dicing, Options, closest_hit_on_demand};
+    use umbel::Options;
+    use umbel::engine::{Dicing, closest_hit_on_demand};
 
     use super::*;
 

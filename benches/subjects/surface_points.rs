@@ -9,8 +9,9 @@ use std::fmt;
 use std::str::FromStr;
 
 use rayon::prelude::*;
+use umbel::engine::{Above, Hemisphere, Receiver, Side};
 use umbel::glam::DVec3;
-use umbel::{Above, Hemisphere, Receiver, Side, TriangleId, Triangles};
+use umbel::{TriangleId, Triangles};
 
 use crate::subjects::Model;
 

@@ -3,7 +3,7 @@
 //! A grid film has d = F + X·R + Y·U. F + Y·U of each row and X·R of each column are kept in f64; tracers add the two.
 
 use rayon::prelude::*;
-use umbel::GridFilm;
+use umbel::engine::GridFilm;
 use umbel::glam::DVec3;
 
 use crate::subjects::answer::Hits;

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
+use umbel::builtin::builtin_view;
 use umbel::glam::DVec3;
-use umbel::{Camera, Lens, LoadOptions, Scene, builtin_view, load};
+use umbel::{Camera, Lens, LoadOptions, Scene, load};
 
 use crate::Result;
 

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use umbel::{Accuracy, Isa, Options, Partition, Path};
+use umbel::engine::{Accuracy, Isa, Partition};
+use umbel::{Options, Path};
 
 use crate::bake::args::BakeArgs;
 use crate::file_names::FileNames;

@@ -1,6 +1,6 @@
 //! Ctrl-C and requests to end: the process ends with exit code 130, whatever it is at, and leaves no half of anything.
 //!
-//! Outputs come into being by a rename, see [`umbel::write_atomically`]. So it is enough to wait until no temporary file is
+//! Outputs come into being by a rename, see [`umbel::files::write_atomically`]. So it is enough to wait until no temporary file is
 //! around. A signal that whoever started the process has it ignore, such as `nohup` or a shell for its background jobs, stays
 //! ignored.
 
@@ -44,7 +44,7 @@ fn ignored_signals() -> u64 {
 
 /// Waits until no file is half written, and ends the process.
 fn end() {
-    let _pause = umbel::pause_writing();
+    let _pause = umbel::files::pause_writing();
     // Where nobody listens there is nobody to tell.
     let _ = writeln!(std::io::stderr(), "interrupted");
     std::process::exit(INTERRUPTED);

@@ -8,6 +8,7 @@ mod machine;
 mod options;
 mod picture;
 mod probe;
+mod refusal;
 mod render;
 mod report;
 mod reyes;
@@ -29,8 +30,8 @@ fn main() -> ExitCode {
     match run(&cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            anstream::eprintln!("error: {error}");
-            ExitCode::from(error.exit_code())
+            anstream::eprintln!("error: {}", refusal::message(&error));
+            ExitCode::from(refusal::exit_code(&error))
         }
     }
 }

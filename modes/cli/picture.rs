@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use umbel::{
-    Aov, AovData, Array, Camera, Channel, Error, Lens, Look, Samples, Scene, SeenPoint, Shot, SurfaceBuffer,
-    VisibilityBuffer, srgb_encode, write_exr, write_npy, write_ply, write_png_rgb8,
-};
+use umbel::files::{Array, Channel, Samples, srgb_encode, write_exr, write_npy, write_png_rgb8};
+use umbel::render::{Look, SeenPoint, SurfaceBuffer, write_ply};
+use umbel::scene::Shot;
+use umbel::{Aov, AovData, Camera, Error, Lens, Scene, VisibilityBuffer};
 
 use crate::options::picture::PictureArgs;
 

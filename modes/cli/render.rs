@@ -4,10 +4,10 @@ use std::io::Write as _;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, json};
-use umbel::{
-    Aov, Bounces, Camera, Error, Frame, Lens, LoadOptions, Look, Scene, Stats, VisibilityBuffer, info, load,
-    preview_with, verify, write_png_rgb8,
-};
+use umbel::files::write_png_rgb8;
+use umbel::render::{Bounces, Look, preview_with, verify};
+use umbel::scene::info;
+use umbel::{Aov, Camera, Error, Frame, Lens, LoadOptions, Scene, Stats, VisibilityBuffer, load};
 
 use crate::args::{Common, InfoArgs, RenderArgs, VerifyArgs};
 use crate::bake::vertices_forecast;
@@ -231,12 +231,12 @@ pub(crate) fn verify_scene(args: &VerifyArgs, common: &Common) -> Result<(), Err
 }
 
 /// The colour of a mark in a difference picture.
-fn mark_colour(mark: &umbel::Mark) -> [u8; 3] {
+fn mark_colour(mark: &umbel::render::Mark) -> [u8; 3] {
     match mark {
-        umbel::Mark::Miss => [24, 24, 28],
-        umbel::Mark::Hit => [70, 74, 82],
-        umbel::Mark::Tolerated => [240, 200, 40],
-        umbel::Mark::Difference => [235, 30, 30],
+        umbel::render::Mark::Miss => [24, 24, 28],
+        umbel::render::Mark::Hit => [70, 74, 82],
+        umbel::render::Mark::Tolerated => [240, 200, 40],
+        umbel::render::Mark::Difference => [235, 30, 30],
     }
 }
 

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use umbel::{Array, Camera, Error, Scene, Stats, Visible, visible, write_atomically, write_npy};
+use umbel::files::{Array, write_atomically, write_npy};
+use umbel::render::{Visible, visible};
+use umbel::{Camera, Error, Scene, Stats};
 
 use crate::args::{Common, VisibleArgs};
 use crate::options::views::Views;

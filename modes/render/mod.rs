@@ -6,23 +6,29 @@
 //! Based on: Christopher Burns and Warren Hunt, "The Visibility Buffer: A Cache-Friendly Approach to Deferred Shading",
 //! 2013.
 
-pub(crate) mod bounce;
+pub mod bounce;
 pub(crate) mod lamps;
-pub(crate) mod point_cloud;
+pub mod point_cloud;
 pub(crate) mod raster;
 pub(crate) mod shade;
 pub(crate) mod shading_normal;
-pub(crate) mod surfaces;
-pub(crate) mod verify;
-pub(crate) mod visible;
+pub mod surfaces;
+pub mod verify;
+pub mod visible;
 pub(crate) mod work;
+
+pub use bounce::Followed;
+pub use bounce::spawn::{Bounces, Spawned};
+pub use point_cloud::{SeenPoint, write_ply};
+pub use surfaces::{SurfaceBuffer, SurfaceLook, surface_preview, surface_visibility};
+pub use verify::{Mark, Verification, verify, verify_buffer};
+pub use visible::{Visible, visible};
 
 use rayon::prelude::*;
 use umbel_core::{Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Path, Ray, Stats, TileStats, closest_hit};
 
 use crate::error::Error;
-use crate::render::bounce::spawn::Bounces;
-use crate::render::bounce::{Followed, Surroundings, WAVE};
+use crate::render::bounce::{Surroundings, WAVE};
 use crate::render::lamps::Lamps;
 use crate::render::shade::{Shader, background_of};
 use crate::render::work::work_of;
@@ -97,6 +103,47 @@ pub fn visibility(
     }
     let stats = frame.closest_hit(&triangles, &shot.pencil, options)?;
     Ok((VisibilityBuffer::new(shot, camera.pixels(), frame), stats))
+}
+
+/// The depth of each pixel, row by row from the top: t along the camera's d, the z depth of a pinhole camera in world units;
+/// +∞ where nothing is seen.
+///
+/// [`visibility`] and [`VisibilityBuffer::derive`] give more at once, and take [`Options`].
+///
+/// ```
+/// use umbel::{Camera, Lens, builtin, glam::DVec3, render};
+///
+/// let scene = builtin("cornell")?;
+/// let camera = Camera::framing(&scene.bounds(), DVec3::NEG_Z, Lens::Pinhole { fov: 40.0 }, 64, 48);
+/// let depth = render::depth(&scene, &camera)?;
+/// assert_eq!(depth.len(), 64 * 48);
+/// assert!(depth[24 * 64 + 32] > 0.0);
+/// # Ok::<(), umbel::Error>(())
+/// ```
+///
+/// # Errors
+/// When the camera or the scene is refused.
+pub fn depth(scene: &Scene, camera: &Camera) -> Result<Vec<f32>, Error> {
+    Ok(visibility(scene, camera, &Options::default())?.0.ts())
+}
+
+/// The id of the triangle that each pixel sees, row by row from the top: an index into [`Scene::triangles`];
+/// [`NO_TRIANGLE`] where nothing is seen.
+///
+/// ```
+/// use umbel::{Camera, Lens, NO_TRIANGLE, builtin, glam::DVec3, render};
+///
+/// let scene = builtin("cornell")?;
+/// let camera = Camera::framing(&scene.bounds(), DVec3::NEG_Z, Lens::Pinhole { fov: 40.0 }, 64, 48);
+/// let ids = render::ids(&scene, &camera)?;
+/// assert!(ids.iter().any(|&id| id != NO_TRIANGLE));
+/// # Ok::<(), umbel::Error>(())
+/// ```
+///
+/// # Errors
+/// When the camera or the scene is refused.
+pub fn ids(scene: &Scene, camera: &Camera) -> Result<Vec<u32>, Error> {
+    Ok(visibility(scene, camera, &Options::default())?.0.ids())
 }
 
 /// The linear preview, (r, g, b) per pixel: the mean of `samples` passes over sub-pixel positions.

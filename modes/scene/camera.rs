@@ -19,7 +19,7 @@ use libm::{cos, sin, tan};
 use std::f64::consts::PI;
 use umbel_core::{Aabb, Film, GridFilm, Origin, Pencil};
 
-use crate::error::Error;
+use crate::error::{Argument, Error};
 use crate::random::{hammersley, jittered};
 
 /// Subpixels per pixel side for supersampling: offsets are whole numbers of 1/(2·SUBPIXELS) pixel.
@@ -209,9 +209,7 @@ impl Camera {
             }
             Lens::Ortho { height: world } => {
                 if !(world > 0.0 && world.is_finite()) {
-                    return Err(Error::Usage(format!(
-                        "--height must be a positive number of world units, not {world}"
-                    )));
+                    return Err(Argument::FilmHeight { height: world }.into());
                 }
                 let scale = world / (2.0 * f64::from(height));
                 (Origin::Infinity(f), vec![film(width, height, [eye, r * scale, u * scale])?])
@@ -275,23 +273,21 @@ impl Camera {
     /// forward, right and up, of unit length.
     fn frame(&self) -> Result<[DVec3; 3], Error> {
         if self.width == 0 || self.rows() == 0 {
-            return Err(Error::Usage("--size must be at least 1x1".into()));
+            return Err(Argument::ImageSize.into());
         }
         if self.lens == Lens::Cube {
             return Ok([DVec3::NEG_Z, DVec3::X, DVec3::Y]);
         }
         let view = self.target - self.eye;
         if !(view.is_finite() && self.up.is_finite()) {
-            return Err(Error::Usage("--eye, --target and --up must be finite numbers".into()));
+            return Err(Argument::ViewNotFinite.into());
         }
         if view == DVec3::ZERO {
-            return Err(Error::Usage("--eye and --target are the same point; move one of them".into()));
+            return Err(Argument::EyeIsTarget.into());
         }
         let (forward, up) = (unit(view), if self.up == DVec3::ZERO { self.up } else { unit(self.up) });
         if is_parallel(forward, up) {
-            return Err(Error::Usage(
-                "--up is parallel to the view; choose another, such as --up 0,0,1".into(),
-            ));
+            return Err(Argument::UpParallel.into());
         }
         let right = unit(forward.cross(up));
         Ok([forward, right, right.cross(forward)])
@@ -309,7 +305,7 @@ fn check_angle(degrees: f64, limit: f64, inclusive: bool) -> Result<(), Error> {
     if degrees > 0.0 && (degrees < limit || (inclusive && degrees == limit)) {
         return Ok(());
     }
-    Err(Error::Usage(format!("--fov must lie between 0 and {limit} degrees, not {degrees}")))
+    Err(Argument::FieldOfView { degrees, limit }.into())
 }
 
 /// Refuses elevations outside [−90, 90], and limits in the wrong order; a single ring needs no room between them.
@@ -317,9 +313,7 @@ fn check_elevations([lower, upper]: [f64; 2], rings: u32) -> Result<(), Error> {
     if -90.0 <= lower && upper <= 90.0 && (lower < upper || (rings == 1 && lower == upper)) {
         return Ok(());
     }
-    Err(Error::Usage(format!(
-        "fov={lower}..{upper}: a LiDAR's rings lie between two elevations in degrees, the lower first, each from -90 to 90"
-    )))
+    Err(Argument::Elevations { lower, upper }.into())
 }
 
 /// v over its length; v must not be zero.

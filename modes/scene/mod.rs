@@ -6,17 +6,20 @@
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
 //! Structure", 2011 (a given partition, such as the scene graph).
 
-pub(crate) mod camera;
+pub mod camera;
 pub(crate) mod hit_points;
-pub(crate) mod info;
-pub(crate) mod optics;
+pub mod info;
+pub mod optics;
+
+pub use camera::{CUBE_FACES, Camera, Lens, Shot};
+pub use info::{Info, info};
+pub use optics::Optics;
 
 use std::ops::Range;
 
 use umbel_core::{Aabb, TriangleId, Triangles};
 
 use crate::error::Error;
-use crate::scene::optics::Optics;
 
 /// The index that stands for "this corner has no normal" or "no texture coordinate".
 pub const NO_INDEX: u32 = u32::MAX;

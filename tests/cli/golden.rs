@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use common::place;
-use umbel::{read_png_rgb8, write_png_rgb8};
+use umbel::files::{read_png_rgb8, write_png_rgb8};
 
 /// The name of each picture, and the command that makes it: with `-o picture.png` where it names no file.
 const PICTURES: [(&str, &str); 19] = [

@@ -6,7 +6,8 @@ use common::command::Place;
 use common::place;
 use serde_json::json;
 use umbel::glam::DVec3;
-use umbel::{Camera, Lens, NO_TRIANGLE, Options, Path, builtin, visible};
+use umbel::render::visible;
+use umbel::{Camera, Lens, NO_TRIANGLE, Options, Path, builtin};
 
 const SCENE: &str = "builtin:umbel:5000";
 

@@ -1,7 +1,9 @@
 //! What several tests look at, and where a cube camera looks.
 
+use umbel::engine::{Dicing, dice_all};
+use umbel::formats::{SurfaceOptions, load_surfaces};
 use umbel::glam::DVec3;
-use umbel::{Camera, Dicing, Lens, SurfaceOptions, dice_all, load_surfaces};
+use umbel::{Camera, Lens};
 
 /// The direction of a pixel of a cube camera: the table of OpenGL, Direct3D, Vulkan and KTX, in world axes.
 pub fn cube_direction(size: usize, pixel: usize) -> DVec3 {

@@ -17,11 +17,12 @@ use common::generators::{self, KINDS, Kind, Mesh, widen};
 use common::oracle::{self, OracleRay};
 use common::random::Random;
 use common::sides;
-use umbel::glam::DVec3;
-use umbel::{
-    Above, Accuracy, Grouping, Hemisphere, Isa, NO_TRIANGLE, Occlusion, OpenRays, Options, Path, RaySample,
-    RaySamples, Receiver, Scene, Side, Stats, TriangleId, Triangles, builtin, open_rays,
+use umbel::engine::{
+    Above, Accuracy, Grouping, Hemisphere, Isa, Occlusion, OpenRays, RaySample, RaySamples, Receiver, Side,
+    open_rays,
 };
+use umbel::glam::DVec3;
+use umbel::{NO_TRIANGLE, Options, Path, Scene, Stats, TriangleId, Triangles, builtin};
 
 /// How many times as much as usual.
 fn times() -> usize {

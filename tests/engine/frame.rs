@@ -2,15 +2,13 @@
 //! costs in memory.
 
 use common::random::Random;
+use umbel::engine::{Film, GridFilm, Partition, Rays};
 use umbel::glam::DVec3;
-use umbel::{
-    Film, Frame, GridFilm, NO_TRIANGLE, Options, Origin, Partition, Path, Pencil, Ray, Rays, Scene,
-    Triangles, builtin, closest_hit,
-};
+use umbel::{Frame, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Scene, Triangles, builtin, closest_hit};
 
 /// A pinhole at some distance in front of a scene's box.
 fn view(scene: &Scene, width: u32, height: u32) -> Pencil {
-    let bounds = umbel::Aabb::of_points(scene.positions.iter().copied());
+    let bounds = umbel::engine::Aabb::of_points(scene.positions.iter().copied());
     let (centre, extent) = (DVec3::from_array(bounds.centre()), DVec3::from_array(bounds.extent()));
     let eye = centre + DVec3::new(0.3, 0.2, 1.1) * extent.max_element();
     let forward = centre - eye;

@@ -10,10 +10,14 @@
 
 use common::generators::Mesh;
 use common::generators::meshes::{cube, sphere};
+use umbel::builtin::builtin_view;
+use umbel::engine::Film;
+use umbel::engine::GridFilm;
+use umbel::engine::Rays;
 use umbel::glam::DVec3;
 use umbel::{
-    Camera, Film, GridFilm, Hits, Lens, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays, Scene, Stats,
-    Triangles, any_hit, builtin, builtin_view, closest_hit,
+    Camera, Hits, Lens, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Scene, Stats, Triangles, any_hit,
+    builtin, closest_hit,
 };
 
 const LENSES: [Lens; 5] = [

@@ -19,10 +19,16 @@ use common::generators::{self, KINDS, Kind, Mesh, widen};
 use common::oracle::{self, OracleRay};
 use common::random::Random;
 use common::sides;
+use umbel::builtin::builtin_view;
+use umbel::engine::Accuracy;
+use umbel::engine::Isa;
+use umbel::engine::Receiver;
+use umbel::engine::Side;
+use umbel::engine::shadowed;
 use umbel::glam::DVec3;
 use umbel::{
-    Accuracy, Camera, Frame, Isa, Lens, NO_TRIANGLE, Options, Origin, Path, Receiver, Scene, Side,
-    TriangleId, Triangles, builtin, builtin_view, shadowed, visibility,
+    Camera, Frame, Lens, NO_TRIANGLE, Options, Origin, Path, Scene, TriangleId, Triangles, builtin,
+    visibility,
 };
 
 /// How many times as much as usual.

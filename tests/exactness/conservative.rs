@@ -12,8 +12,9 @@ use common::generators;
 use common::oracle::Dyadic;
 use common::random::Random;
 use proptest::prelude::*;
+use umbel::engine::{Aabb, Cone, Film, Frustum, GridFilm};
 use umbel::glam::DVec3;
-use umbel::{Aabb, Cone, Film, Frustum, GridFilm, Origin, Pencil, Ray};
+use umbel::{Origin, Pencil, Ray};
 
 /// The greatest f32 at most x, and the least at least x; `None` beyond the range of f32.
 fn neighbours(x: &Dyadic, near: f64) -> Option<(f32, f32)> {

@@ -17,8 +17,9 @@ use common::generators::{self, KINDS, Kind, Mesh};
 use common::oracle::{self, Dyadic, OracleRay, Ties};
 use common::random::Random;
 use proptest::prelude::*;
+use umbel::engine::{Film, GridFilm, Rays};
 use umbel::glam::DVec3;
-use umbel::{Film, GridFilm, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays, any_hit, closest_hit};
+use umbel::{NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, any_hit, closest_hit};
 
 /// What was compared.
 #[derive(Debug, Clone, Copy, Default)]

@@ -18,8 +18,11 @@ use common::generators::meshes::{cube, is_closed, sphere, star, torus};
 use common::generators::{KINDS, Kind, Mesh, widen};
 use common::random::Random;
 use common::sides;
+use umbel::engine::Segment;
+use umbel::engine::Side;
+use umbel::engine::blocked;
 use umbel::glam::DVec3;
-use umbel::{Options, Segment, Side, TriangleId, blocked};
+use umbel::{Options, TriangleId};
 
 /// How many times as much as usual.
 fn times() -> usize {

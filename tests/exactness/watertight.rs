@@ -22,8 +22,9 @@ use std::f64::consts::PI;
 use common::generators::meshes::{cube, is_closed, sphere, star, torus};
 use common::generators::{Mesh, widen};
 use common::random::Random;
+use umbel::engine::{Film, GridFilm, Rays};
 use umbel::glam::DVec3;
-use umbel::{Film, GridFilm, Options, Origin, Path, Pencil, Ray, Rays, any_hit, closest_hit};
+use umbel::{Options, Origin, Path, Pencil, Ray, any_hit, closest_hit};
 
 /// Every vertex, edge midpoint (rounded) and centroid (rounded).
 fn targets(mesh: &Mesh) -> Vec<DVec3> {
@@ -296,7 +297,7 @@ fn closed_scenes_do_not_leak() {
 /// Points from which +X crosses the surface an odd number of times: inside, whatever the orientation.
 fn inner_points(mesh: &Mesh) -> Vec<DVec3> {
     let mut random = Random(3);
-    let bounds = umbel::Aabb::of_points(mesh.positions.iter().copied());
+    let bounds = umbel::engine::Aabb::of_points(mesh.positions.iter().copied());
     let (centre, extent) = (DVec3::from_array(bounds.centre()), DVec3::from_array(bounds.extent()));
     let points: Vec<DVec3> = (0..400).map(|_| centre + random.cube() * extent * 0.5).collect();
     let mut rays: Vec<Ray> = points.iter().map(|&p| Ray::new(p, DVec3::X)).collect();

@@ -5,11 +5,11 @@
 
 use common::place;
 use common::random::Random;
+use umbel::builtin::builtin_view;
+use umbel::engine::Accuracy;
 use umbel::glam::DVec3;
-use umbel::{
-    Accuracy, Camera, Hit, Hits, Lens, Mark, Options, Scene, TriangleId, Verification, VisibilityBuffer,
-    builtin, builtin_view, verify, verify_buffer, visibility,
-};
+use umbel::render::{Mark, Verification, verify, verify_buffer};
+use umbel::{Camera, Hit, Hits, Lens, Options, Scene, TriangleId, VisibilityBuffer, builtin, visibility};
 
 const WIDTH: u32 = 150;
 const HEIGHT: u32 = 100;
@@ -257,6 +257,6 @@ fn a_difference_is_exit_code_5() {
     let run = place.run(&format!("{line} --accuracy fast --difference d.png"));
     assert_eq!(run.code, Some(5), "{}", run.stdout);
     assert!(run.stderr.starts_with("error: "), "{}", run.stderr);
-    let (_, _, pixels) = umbel::read_png_rgb8(&place.path("d.png")).expect("a picture");
+    let (_, _, pixels) = umbel::files::read_png_rgb8(&place.path("d.png")).expect("a picture");
     assert!(pixels.chunks(3).any(|p| p == [235, 30, 30]), "red is a real difference");
 }

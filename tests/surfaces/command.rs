@@ -2,8 +2,8 @@
 
 use common::command::{Place, Run};
 use common::place;
+use umbel::files::write_png_rgb8;
 use umbel::glam::DVec3;
-use umbel::write_png_rgb8;
 
 /// A cube of quads with texture coordinates.
 const CUBE: &str = "\

@@ -4,11 +4,10 @@
 //! cosine and count alike; rays of sets that cover the sphere evenly are weighted by it. umbel's estimates are what `umbel
 //! bake` computes.
 
+use umbel::bake::{Bake, BakeOptions, BakeReceivers, Reach, SampleSet};
+use umbel::engine::Grouping;
 use umbel::glam::DVec3;
-use umbel::{
-    Bake, BakeOptions, BakeReceivers, Frame, Grouping, Options, Reach, SampleSet, Scene, TriangleId,
-    Triangles,
-};
+use umbel::{Frame, Options, Scene, TriangleId, Triangles};
 
 use crate::Result;
 use crate::commands::error::reference::shares;

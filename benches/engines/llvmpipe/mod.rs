@@ -9,8 +9,8 @@ mod gl_raster;
 
 use std::rc::Rc;
 
+use umbel::engine::{Film, GridFilm};
 use umbel::glam::{DMat3, DVec3};
-use umbel::{Film, GridFilm};
 
 use crate::Result;
 use crate::engines::engine::{Engine, Times, Variant, timed};

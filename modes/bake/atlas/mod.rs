@@ -1,7 +1,7 @@
 //! A texture atlas as a set of receivers: which points of the surface stand for which texels of a baked image.
 //!
 //! *Coverage* is conservative: a texel is covered iff its closed square touches the footprint of a triangle in the texture,
-//! decided exactly ([`crate::bake::atlas::texel_coverage`]). Filtered look-ups anywhere on the surface therefore read baked texels, up to the
+//! decided exactly (`texel_coverage.rs`). Filtered look-ups anywhere on the surface therefore read baked texels, up to the
 //! half texel by which bilinear filters look beyond a chart: that is the margin's ([`crate::bake::atlas::image::TexelImage::extend`]).
 //!
 //! *Samples.* A texel has S sub-positions, a Hammersley set; one alone is the centre. Each triangle of the texel's chart that
@@ -9,7 +9,7 @@
 //! 1/S of the texel's area, so that the mean is weighted by coverage. A texel whose chart holds none of them has one receiver:
 //! the chart's point nearest to its centre in the texture.
 //!
-//! *Ownership.* Charts ([`crate::bake::atlas::charts`]) are never mixed. Where several touch a texel, the one that holds most sub-positions
+//! *Ownership.* Charts (`charts.rs`) are never mixed. Where several touch a texel, the one that holds most sub-positions
 //! owns it, then the smaller chart id. Where none holds any, the one nearest to the centre does, and charts without area in
 //! the texture come last: a triangle shrunk to a point or a segment is looked up there, so its texels are covered, but it
 //! never takes a texel from a surface with area.
@@ -27,10 +27,10 @@
 
 pub(crate) mod block;
 pub(crate) mod charts;
-pub(crate) mod image;
-pub(crate) mod layout;
+pub mod image;
+pub mod layout;
 pub(crate) mod texel_coverage;
-pub(crate) mod uv_check;
+pub mod uv_check;
 
 use std::ops::Range;
 use std::path::PathBuf;

@@ -1,7 +1,7 @@
 //! What is wrong with the texture coordinates of a scene, as far as baking is concerned.
 //!
 //! *Overlap* is found at the sub-positions of the texels: one that two triangles hold lies in the interior of both
-//! ([`crate::bake::atlas::texel_coverage`]), so nothing is reported that does not overlap; what overlaps between sub-positions only is not seen.
+//! (`texel_coverage.rs`), so nothing is reported that does not overlap; what overlaps between sub-positions only is not seen.
 //! *Mirrored* is a triangle whose corners turn right in the texture: −u against u. Alone that is harmless.
 //!
 //! A chart lies in another *tile* if all of it lies in one unit square other than \[0, 1\]²: tiles (UDIM), or halves moved out on

@@ -1,8 +1,8 @@
 //! Where ambient occlusion is asked for: vertices, texels and given points.
 
-pub(crate) mod points;
+pub mod points;
 pub(crate) mod texels;
-pub(crate) mod vertices;
+pub mod vertices;
 
 use umbel_core::Hemisphere;
 

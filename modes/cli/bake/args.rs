@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use umbel::{AtlasOptions, BakeOptions, Error, GrayBits, Scene, names_surfaces};
+use umbel::bake::{AtlasOptions, BakeOptions};
+use umbel::files::GrayBits;
+use umbel::formats::names_surfaces;
+use umbel::{Error, Scene};
 
 use crate::bake::gltf;
 use crate::bake::sampling_args::SamplingArgs;

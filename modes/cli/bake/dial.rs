@@ -15,7 +15,9 @@
 
 use std::time::Instant;
 
-use umbel::{Bake, BakeOptions, Error, ErrorEstimate, Frame, PowerLaw, SampleSet, Triangles};
+use umbel::bake::{Bake, BakeOptions, SampleSet};
+use umbel::measure::{ErrorEstimate, PowerLaw};
+use umbel::{Error, Frame, Triangles};
 
 use crate::args::Common;
 use crate::bake;

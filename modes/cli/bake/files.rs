@@ -5,10 +5,11 @@
 use std::path::Path;
 
 use glam::DVec3;
-use umbel::{
-    Array, Channel, Error, GrayBits, Polarity, Samples, Scene, TexelImage, encode_png_gray, write_exr,
-    write_npy, write_ply_mesh, write_png_gray,
+use umbel::bake::{Polarity, TexelImage};
+use umbel::files::{
+    Array, Channel, GrayBits, Samples, encode_png_gray, write_exr, write_npy, write_ply_mesh, write_png_gray,
 };
+use umbel::{Error, Scene};
 
 use crate::args::Common;
 use crate::bake::args::{BakeArgs, MARGIN};

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use umbel::{Error, GltfFile, GltfOptions, Scene, VertexTarget};
+use umbel::formats::{GltfFile, GltfOptions, VertexTarget};
+use umbel::{Error, Scene};
 
 use crate::args::Common;
 use crate::bake::args::{BakeArgs, IntoArg};

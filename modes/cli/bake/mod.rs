@@ -15,11 +15,13 @@ use std::time::Instant;
 
 use glam::DVec3;
 use serde_json::{Map, Value, json};
-use umbel::{
-    Bake, BakeOccluders, BakeOptions, Error, Falloff, Frame, LoadOptions, Occluders, Polarity, SampleSet,
-    Scene, SurfaceOptions, SurfaceScene, TracedRay, Weighting, check_output, check_uvs, load, load_surfaces,
-    names_surfaces, rays_around,
+use umbel::bake::{
+    Bake, BakeOccluders, BakeOptions, Falloff, Occluders, Polarity, SampleSet, TracedRay, Weighting,
+    check_uvs, rays_around,
 };
+use umbel::files::check_output;
+use umbel::formats::{SurfaceOptions, SurfaceScene, load_surfaces, names_surfaces};
+use umbel::{Error, Frame, LoadOptions, Scene, load};
 
 use crate::args::Common;
 use crate::bake::args::{BakeArgs, OccluderArgs};

@@ -3,7 +3,9 @@
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use serde::Deserialize;
-use umbel::{Aabb, BuiltinView, Camera, Error, Lens, Scene, builtin_view};
+use umbel::builtin::{BuiltinView, builtin_view};
+use umbel::engine::Aabb;
+use umbel::{Camera, Error, Lens, Scene};
 
 use crate::options::parse::{parse_size, parse_vector};
 

@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use clap::Args;
 use serde_json::{Value, json};
-use umbel::{Error, ErrorEstimate};
+use umbel::Error;
+use umbel::measure::ErrorEstimate;
 
 use crate::args::Common;
 use crate::options::camera::refuse_first;

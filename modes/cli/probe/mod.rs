@@ -4,7 +4,9 @@ pub(crate) mod args;
 
 use std::path::Path;
 
-use umbel::{Error, Look, Pattern, Scene, read_pattern};
+use umbel::formats::{Pattern, read_pattern};
+use umbel::render::Look;
+use umbel::{Error, Scene};
 
 use crate::args::Common;
 use crate::picture::{Files, Sight};

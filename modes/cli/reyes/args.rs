@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use umbel::{
-    Aov, Dicing, Displacement, Error, HeightMap, LoadOptions, Noise, Relief, SurfaceLook, SurfaceOptions,
-};
+use umbel::engine::Dicing;
+use umbel::formats::SurfaceOptions;
+use umbel::render::SurfaceLook;
+use umbel::surfaces::{Displacement, HeightMap, Noise, Relief};
+use umbel::{Aov, Error, LoadOptions};
 
 use crate::options::camera::{CameraArgs, LensArg};
 use crate::options::picture::PictureArgs;

@@ -2,10 +2,9 @@
 
 pub(crate) mod args;
 
-use umbel::{
-    Camera, Error, LoadOptions, Look, Scene, SurfaceScene, load_surfaces, surface_preview, surface_view,
-    surface_visibility,
-};
+use umbel::formats::{SurfaceScene, load_surfaces, surface_view};
+use umbel::render::{Look, surface_preview, surface_visibility};
+use umbel::{Camera, Error, LoadOptions, Scene};
 
 use crate::args::Common;
 use crate::picture::{Files, Picture, Sight};

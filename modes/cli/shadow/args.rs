@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
-use umbel::{Error, Origin, Pencil, Scene, names_surfaces, point_light, sun_light, surface_view};
+use umbel::formats::{names_surfaces, surface_view};
+use umbel::shadow::{point_light, sun_light};
+use umbel::{Error, Origin, Pencil, Scene};
 
 use crate::options::camera::CameraArgs;
 use crate::options::dial::DialArgs;

@@ -2,7 +2,7 @@
 //!
 //! The error is that of shadows looked up in the map, in the picture of the camera: the share of wrong ones among the pixels
 //! that show a surface. One is wrong where the map says lit and the exact mask says shadowed, or the other way round. The share
-//! is estimated on a seeded sample of those pixels. For them alone texels are traced, see [`umbel::cube_answers`], so that a resolution is tried without making its
+//! is estimated on a seeded sample of those pixels. For them alone texels are traced, see [`umbel::shadow::cube_answers`], so that a resolution is tried without making its
 //! map. Surfaces that turn away from the light need no map and are right. With several lights the worst counts.
 //!
 //! *An error.* Resolutions are doubled until one is good enough, then a fine ladder below it is climbed. *A time.* Maps are
@@ -11,10 +11,10 @@
 
 use std::time::Instant;
 
-use umbel::{
-    Error, ErrorEstimate, Frame, Options, Origin, Receiver, Receivers, Triangles, cube_answers, cube_map,
-    sample_key,
-};
+use umbel::engine::Receiver;
+use umbel::measure::{ErrorEstimate, sample_key};
+use umbel::shadow::{Receivers, cube_answers, cube_map};
+use umbel::{Error, Frame, Options, Origin, Triangles};
 
 use crate::options::dial::{Choice, Clock, Goal, Tried, cheapest, ladder};
 

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use umbel::{
-    Array, Channel, Error, Samples, write_exr, write_ktx2_cube, write_npy, write_png_rgb8, write_png_rgba8,
+use umbel::Error;
+use umbel::files::{
+    Array, Channel, Samples, write_exr, write_ktx2_cube, write_npy, write_png_rgb8, write_png_rgba8,
 };
 
 use crate::picture::extension;

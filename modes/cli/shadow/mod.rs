@@ -9,11 +9,14 @@ pub(crate) mod scene;
 use std::time::Instant;
 
 use serde_json::{Map, Value};
-use umbel::{
-    Camera, Casters, Dicing, Error, Frame, Lens, MaskCounts, NO_TRIANGLE, Origin, Pencil, Receivers, Scene,
-    Shot, Stats, Triangles, closest_hit, closest_hit_on_demand, compare_maps, cube_map, cube_pencil,
-    distances, receivers, sun_pencil, surface_distances, surface_visibility,
+use umbel::engine::{Dicing, closest_hit_on_demand};
+use umbel::render::surface_visibility;
+use umbel::scene::Shot;
+use umbel::shadow::{
+    Casters, MaskCounts, Receivers, compare_maps, cube_map, cube_pencil, distances, receivers, sun_pencil,
+    surface_distances,
 };
+use umbel::{Camera, Error, Frame, Lens, NO_TRIANGLE, Origin, Pencil, Scene, Stats, Triangles, closest_hit};
 
 use crate::args::Common;
 use crate::file_names::FileNames;

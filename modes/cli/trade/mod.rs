@@ -14,7 +14,10 @@ pub(crate) mod subject;
 pub(crate) mod words;
 
 use clap::Parser as _;
-use umbel::{Bake, Differences, Error, Origin, Scene, check_output, pareto_front, write_atomically};
+use umbel::bake::Bake;
+use umbel::files::{check_output, write_atomically};
+use umbel::measure::{Differences, pareto_front};
+use umbel::{Error, Origin, Scene};
 
 use crate::args::{Cli, Command, Common};
 use crate::bake::source::Source;

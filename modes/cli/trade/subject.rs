@@ -4,11 +4,13 @@
 //! settings share, are left out.
 
 use rayon::prelude::*;
-use umbel::{
-    Bake, BakeOptions, Camera, CubeMap, Error, Frame, Hits, MaskCounts, Options, Origin, Receivers,
-    SampleSet, Scene, Shot, SurfaceScene, Triangles, VisibilityBuffer, closest_hit, cube_map, glam::DVec3,
-    preview_lit, receivers, surface_preview, surface_visibility,
-};
+use umbel::bake::{Bake, BakeOptions, SampleSet};
+use umbel::formats::SurfaceScene;
+use umbel::glam::DVec3;
+use umbel::render::{preview_lit, surface_preview, surface_visibility};
+use umbel::scene::Shot;
+use umbel::shadow::{CubeMap, MaskCounts, Receivers, cube_map, receivers};
+use umbel::{Camera, Error, Frame, Hits, Options, Origin, Scene, Triangles, VisibilityBuffer, closest_hit};
 
 use crate::args::{Cli, Command, Common, RenderArgs};
 use crate::bake;
@@ -172,7 +174,7 @@ impl<'a> ShadowSubject<'a> {
 impl ShadowSubject<'_> {
     /// Which receivers a cube map calls shadowed.
     fn looked_up(&self, map: &CubeMap, receivers: &Receivers) -> Vec<bool> {
-        let is_shadowed = |receiver: &umbel::Receiver| {
+        let is_shadowed = |receiver: &umbel::engine::Receiver| {
             let point = DVec3::from_array(receiver.point.map(f64::from));
             !map.is_lit(point, self.triangles.normal(receiver.triangle))
         };

@@ -2,7 +2,7 @@
 //!
 //! ```no_run
 //! use std::path::Path;
-//! use umbel::{GltfFile, GltfOptions, VertexTarget};
+//! use umbel::formats::{GltfFile, GltfOptions, VertexTarget};
 //!
 //! let (mut file, scene) = GltfFile::read(Path::new("in.glb"), &GltfOptions::default())?;
 //! let openness = vec![1.0; scene.positions.len()]; // one number a vertex, 1 = open
@@ -20,9 +20,9 @@ pub(crate) mod document;
 pub(crate) mod extensions;
 pub(crate) mod nodes;
 pub(crate) mod optics;
-pub(crate) mod options;
+pub mod options;
 pub(crate) mod scene;
-pub(crate) mod write;
+pub mod write;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -227,7 +227,7 @@ impl Builder<'_> {
             return Err(Problem {
                 line: None,
                 what: format!("vertex {vertex} of {place} is NaN or infinite in the world"),
-                remedy: "Correct the file, or leave out such triangles with --drop-non-finite.",
+                remedy: "Correct the file, or leave out such triangles: GltfOptions::drop_non_finite.",
             });
         }
         let spoilt: Vec<bool> = positions.iter().map(is_spoilt).collect();

@@ -10,8 +10,9 @@
 use std::f64::consts::PI;
 
 use common::generators;
+use umbel::Scene;
+use umbel::bake::{BakeOptions, Falloff, Polarity, Reach, SampleSet, Weighting};
 use umbel::glam::DVec3;
-use umbel::{BakeOptions, Falloff, Polarity, Reach, SampleSet, Scene, Weighting};
 
 use super::{free_points, quads, run};
 

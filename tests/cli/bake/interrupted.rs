@@ -57,10 +57,10 @@ fn ignored_signals_stay_ignored() {
 fn writers_wait_for_a_pause_to_end() {
     let place = place!();
     let path = place.path("a.txt");
-    let pause = umbel::pause_writing();
+    let pause = umbel::files::pause_writing();
     let writer = std::thread::spawn({
         let path = path.clone();
-        move || umbel::write_atomically(&path, |out| out.write_all(b"new"))
+        move || umbel::files::write_atomically(&path, |out| out.write_all(b"new"))
     });
     std::thread::sleep(std::time::Duration::from_millis(50));
     assert_eq!(place.names(), [""; 0]);

@@ -6,11 +6,10 @@
 //! Based on: John Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", 1982.
 
 use common::generators::meshes::{cube, sphere};
+use umbel::bake::{Bake, BakeOptions, BakeReceivers, DepthMaps, Reach, SampleSet};
+use umbel::engine::{Aabb, Grouping, Isa};
 use umbel::glam::DVec3;
-use umbel::{
-    Aabb, Bake, BakeOptions, BakeReceivers, DepthMaps, Error, Frame, Grouping, Isa, Options, Reach,
-    SampleSet, Scene,
-};
+use umbel::{Error, Frame, Options, Scene};
 
 use super::{free_points, run};
 
@@ -159,7 +158,10 @@ fn what_maps_cannot_do_is_refused() {
     let outside = free_points(&[([0.0, 0.0, 2.0], DVec3::Y), ([0.0, 9.0, 0.0], DVec3::Y)]);
     let bake = Bake::new(maps(&scene, 64)).expect("valid options");
     let found = bake.run(&triangles, &outside, &mut Frame::new(), &Options::default());
-    assert!(matches!(&found, Err(Error::Usage(what)) if what.contains("receiver 1 at 0, 9, 0")), "{found:?}");
+    assert!(
+        matches!(&found, Err(Error::Argument(what)) if what.to_string().contains("receiver 1 at 0, 9, 0")),
+        "{found:?}"
+    );
     // Nothing to occlude, nobody to ask.
     let empty = Scene::default();
     assert!(run(&empty, &free_points(&[]), maps(&empty, 64)).values.is_empty());

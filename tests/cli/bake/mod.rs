@@ -18,11 +18,10 @@ mod sets;
 mod texels;
 mod vertices;
 
+use umbel::bake::{Bake, BakeOptions, BakeReceivers, Baked};
+use umbel::engine::{Above, Hemisphere, Receiver};
 use umbel::glam::DVec3;
-use umbel::{
-    Above, Bake, BakeOptions, BakeReceivers, Baked, Frame, Hemisphere, NO_TRIANGLE, Options, Receiver, Scene,
-    TriangleId,
-};
+use umbel::{Frame, NO_TRIANGLE, Options, Scene, TriangleId};
 
 /// A floor of 20 x 20 at y = 0 that faces up, in four triangles around a fifth vertex.
 const FLOOR: &str = "\

@@ -5,8 +5,9 @@ use common::oracle::{self, OracleRay, Ties};
 use common::place;
 use common::random::Random;
 use umbel::Scene;
+use umbel::bake::{BakeOptions, Falloff, Reach, SampleSet, TracedRay, Weighting};
 use umbel::glam::DVec3;
-use umbel::{BakeOptions, Falloff, LoadOptions, Reach, SampleSet, TracedRay, Weighting, load};
+use umbel::{LoadOptions, load};
 
 use super::{free_points, npy_points, run};
 

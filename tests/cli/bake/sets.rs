@@ -1,9 +1,9 @@
 //! Sample sets: what a seed changes, what pieces, threads and groupings do not, and how far sets agree.
 
 use common::place;
-use umbel::{
-    Bake, BakeOptions, Falloff, Frame, Grouping, Options, Path, Reach, SampleSet, Scene, Weighting, builtin,
-};
+use umbel::bake::{Bake, BakeOptions, Falloff, Reach, SampleSet, Weighting};
+use umbel::engine::Grouping;
+use umbel::{Frame, Options, Path, Scene, builtin};
 
 use super::run;
 
@@ -146,7 +146,7 @@ fn there_are_as_many_rays_as_asked_for() {
 }
 
 /// Points in empty space that look along the axes.
-fn receivers_of_nothing() -> umbel::BakeReceivers {
+fn receivers_of_nothing() -> umbel::bake::BakeReceivers {
     use umbel::glam::DVec3;
     let axes = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
     super::free_points(&axes.map(|normal| ([0.0; 3], normal)))

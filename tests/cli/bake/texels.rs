@@ -2,7 +2,7 @@
 
 use common::command::Place;
 use common::place;
-use umbel::{Samples, read_exr};
+use umbel::files::{Samples, read_exr};
 
 use super::{CUBE, FLOOR};
 
@@ -160,7 +160,10 @@ fn what_is_baked_by_default() {
     place.quiet_run("bake cube.obj -o a.ply");
     assert!(String::from_utf8_lossy(&place.bytes("a.ply")).contains("element vertex 8"));
     place.quiet_run("bake room.obj -q --rays 2 -o a.png");
-    assert_eq!(umbel::read_png_rgb8(&place.path("a.png")).map(|(w, h, _)| (w, h)).ok(), Some((1024, 1024)));
+    assert_eq!(
+        umbel::files::read_png_rgb8(&place.path("a.png")).map(|(w, h, _)| (w, h)).ok(),
+        Some((1024, 1024))
+    );
     let run = place.run("bake room.obj --texels 8 -o a.png");
     assert!(run.code == Some(0) && run.stderr.contains("warning: triangles without texture coordinates"));
 }

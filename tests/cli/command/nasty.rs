@@ -67,7 +67,7 @@ fn try_file(bytes: &[u8], line: &str) {
     let told = format!("umbel {line}\n{}\n{}", String::from_utf8_lossy(bytes), run.stderr);
     match run.code {
         Some(0) if line.starts_with("render") => {
-            umbel::read_png_rgb8(&place.path("a.png")).expect("a picture");
+            umbel::files::read_png_rgb8(&place.path("a.png")).expect("a picture");
         }
         Some(0) => {}
         Some(3) => assert!(run.stderr.starts_with("error: a.obj"), "{told}"),

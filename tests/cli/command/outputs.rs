@@ -2,7 +2,8 @@
 
 use common::command::{Place, size_option};
 use common::place;
-use umbel::{NO_TRIANGLE, Samples, read_exr, read_png_rgb8};
+use umbel::NO_TRIANGLE;
+use umbel::files::{Samples, read_exr, read_png_rgb8};
 
 use super::SQUARES;
 
@@ -54,7 +55,7 @@ fn a_picture_in_each_format() {
     let linear = place.npy("a.npy");
     assert_eq!(linear.shape, [8, 16, 3]);
     let linear = linear.f32();
-    let encoded: Vec<u8> = linear.iter().map(|&x| umbel::srgb_encode(x)).collect();
+    let encoded: Vec<u8> = linear.iter().map(|&x| umbel::files::srgb_encode(x)).collect();
     assert_eq!(encoded, bytes, "the PNG is the linear preview in sRGB");
     let (_, _, channels) = read_exr(&place.path("a.exr")).expect("an image");
     for (k, name) in [(2, "B"), (1, "G"), (0, "R")] {

@@ -34,7 +34,7 @@ fn verify_draws_its_differences() {
     let place = place!();
     let run = place.run("verify builtin:cornell --size 50x40 --difference d.png");
     assert_eq!(run.code, Some(0));
-    let (width, height, pixels) = umbel::read_png_rgb8(&place.path("d.png")).expect("a picture");
+    let (width, height, pixels) = umbel::files::read_png_rgb8(&place.path("d.png")).expect("a picture");
     assert_eq!((width, height), (50, 40));
     assert!(pixels.chunks(3).all(|p| p != [235, 30, 30]), "red is a real difference");
 }

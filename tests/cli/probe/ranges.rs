@@ -209,7 +209,7 @@ fn a_probe_looks_level_all_around() {
         assert!((f64::from(*range) - expected).abs() < 1e-5);
     }
     place.quiet_run("probe box.obj --center 1.25,0.5,-0.75");
-    let (width, height, _) = umbel::read_png_rgb8(&place.path("umbel.png")).expect("a picture");
+    let (width, height, _) = umbel::files::read_png_rgb8(&place.path("umbel.png")).expect("a picture");
     assert_eq!((width, height), (1024, 512));
 }
 

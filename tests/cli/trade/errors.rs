@@ -10,7 +10,7 @@
 //! Based on: John Howell, "A Catalog of Radiation Configuration Factors", 1982.
 
 use common::place;
-use umbel::Differences;
+use umbel::measure::Differences;
 
 use super::FLOOR;
 
@@ -75,10 +75,15 @@ fn errors_below_a_sphere_are_those_of_the_formula() {
             [(x * cos) as f32, 0.0, (x * sin) as f32, 0.0, 1.0, 0.0]
         })
         .collect();
-    umbel::write_npy(&place.path("points.npy"), &[distances.len(), 6], umbel::Array::F32(&rows))
-        .expect("written");
+    umbel::files::write_npy(
+        &place.path("points.npy"),
+        &[distances.len(), 6],
+        umbel::files::Array::F32(&rows),
+    )
+    .expect("written");
     let ids = vec![0_u32; distances.len()];
-    umbel::write_npy(&place.path("ids.npy"), &[ids.len()], umbel::Array::U32(&ids)).expect("written");
+    umbel::files::write_npy(&place.path("ids.npy"), &[ids.len()], umbel::files::Array::U32(&ids))
+        .expect("written");
     let points = "--points points.npy --point-ids ids.npy";
     place.quiet_run(&format!(
         "trade sphere.obj --mode bake --rounds 1 --reference 4096 --json t.json -q -- {points}"

@@ -1,6 +1,6 @@
 //! Errors that are estimated on samples: intervals hold as often as they say, laws are found again, samples are fair.
 
-use umbel::{ErrorEstimate, PowerLaw, sample_key};
+use umbel::measure::{ErrorEstimate, PowerLaw, sample_key};
 
 /// Numbers that are spread evenly over 0 to 1.
 fn uniform(seed: u64, k: u64) -> f64 {

@@ -1,7 +1,7 @@
 //! The front: what nothing dominates, by the definition.
 
 use proptest::prelude::*;
-use umbel::pareto_front;
+use umbel::measure::pareto_front;
 
 /// The definition, pair by pair.
 fn is_dominated(points: &[[f64; 2]], k: usize) -> bool {

@@ -6,8 +6,9 @@
 //!
 //! Based on: Guy Steele, Doug Lea, Christine Flood, "Fast Splittable Pseudorandom Number Generators", 2014 (SplitMix64).
 
+use umbel::Triangles;
+use umbel::engine::GridFilm;
 use umbel::glam::DVec3;
-use umbel::{GridFilm, Triangles};
 
 use crate::random::Random;
 

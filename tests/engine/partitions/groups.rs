@@ -2,8 +2,9 @@
 
 use common::generators::Mesh;
 use common::generators::meshes::sphere;
+use umbel::engine::Partition;
 use umbel::glam::DVec3;
-use umbel::{NO_TRIANGLE, Partition, Ray, Scene, Stats, Triangles, builtin, closest_hit};
+use umbel::{NO_TRIANGLE, Ray, Scene, Stats, Triangles, builtin, closest_hit};
 
 use super::{agree, bits, by, confetti, count, random_rays};
 

@@ -20,10 +20,9 @@ use common::generators::meshes::sphere;
 use common::generators::{KINDS, Kind, Mesh};
 use common::oracle;
 use common::random::Random;
+use umbel::engine::Partition;
 use umbel::glam::DVec3;
-use umbel::{
-    Hits, NO_TRIANGLE, Options, Partition, Path, Ray, Stats, Triangles, any_hit, builtin, closest_hit,
-};
+use umbel::{Hits, NO_TRIANGLE, Options, Path, Ray, Stats, Triangles, any_hit, builtin, closest_hit};
 
 fn by(partition: Partition) -> Options {
     Options { path: Path::General, partition, ..Options::default() }

@@ -23,8 +23,9 @@ use common::oracle::{self, OracleRay, Ties};
 use common::random::Random;
 use common::sides;
 use start::{check_point, mix, weights};
+use umbel::engine::Side;
 use umbel::glam::DVec3;
-use umbel::{Hits, NO_TRIANGLE, Options, Ray, Side, TriangleId, closest_hit};
+use umbel::{Hits, NO_TRIANGLE, Options, Ray, TriangleId, closest_hit};
 
 /// How many times as much as usual.
 fn times() -> usize {

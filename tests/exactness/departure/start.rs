@@ -5,8 +5,9 @@
 use common::generators::{Mesh, widen};
 use common::random::Random;
 use common::sides;
+use umbel::TriangleId;
+use umbel::engine::Side;
 use umbel::glam::DVec3;
-use umbel::{Side, TriangleId};
 
 /// The spacing of f32 at a number.
 fn ulp(x: f64) -> f64 {

@@ -21,8 +21,10 @@ use common::generators::meshes::{cube, sphere};
 use common::generators::{Kind, Mesh};
 use common::random::Random;
 use table::{Row, grid, isas, times};
+use umbel::builtin::builtin_view;
+use umbel::engine::{Film, Rays};
 use umbel::glam::DVec3;
-use umbel::{Camera, Film, Lens, Options, Path, Ray, Rays, builtin, builtin_view, closest_hit, visibility};
+use umbel::{Camera, Lens, Options, Path, Ray, builtin, closest_hit, visibility};
 
 /// Random scenes of one kind, multiplied by a factor.
 fn scenes(name: &'static str, kind: Kind, scale: f64, count: usize) {

@@ -4,10 +4,9 @@ use common::generators::{self, Kind, Mesh};
 use common::oracle::{self, OracleRay, Ties};
 use common::random::Random;
 use rayon::prelude::*;
+use umbel::engine::{Film, GridFilm, Isa, Rays};
 use umbel::glam::DVec3;
-use umbel::{
-    Film, GridFilm, Hits, Isa, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays, any_hit, closest_hit,
-};
+use umbel::{Hits, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, any_hit, closest_hit};
 
 /// The instruction sets that this machine has.
 pub(crate) fn isas() -> Vec<Isa> {

@@ -7,7 +7,8 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use tempfile::TempDir;
-use umbel::{Error, GltfFile, GltfOptions, Scene};
+use umbel::formats::{GltfFile, GltfOptions};
+use umbel::{Error, Scene};
 
 pub(crate) const BYTE: u32 = 5120;
 pub(crate) const UNSIGNED_BYTE: u32 = 5121;
@@ -25,7 +26,7 @@ pub(crate) const SQUARE_UVS: [[f32; 2]; 4] = [[0., 1.], [1., 1.], [1., 0.], [0.,
 pub(crate) fn png() -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("white.png");
-    umbel::write_png_rgb8(&path, 2, 2, &[255; 12]).unwrap();
+    umbel::files::write_png_rgb8(&path, 2, 2, &[255; 12]).unwrap();
     fs::read(path).unwrap()
 }
 
@@ -139,7 +140,7 @@ impl Making {
 
     pub(crate) fn try_read(&self, options: &GltfOptions) -> Result<Scene, Error> {
         let folder = Folder::new(&[("scene.glb", &self.glb())]);
-        umbel::read_gltf(&folder.path("scene.glb"), options)
+        umbel::formats::read_gltf(&folder.path("scene.glb"), options)
     }
 
     pub(crate) fn read(&self) -> Scene {

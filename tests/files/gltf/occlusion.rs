@@ -3,7 +3,8 @@
 use std::fs;
 
 use serde_json::{Value, json};
-use umbel::{Error, GltfFile, GltfOptions, VertexTarget};
+use umbel::Error;
+use umbel::formats::{GltfFile, GltfOptions, VertexTarget};
 
 use super::making::{Folder, Making, UNSIGNED_BYTE, Written, png};
 

@@ -2,7 +2,9 @@
 
 use common::place;
 use serde_json::{Value, json};
-use umbel::{GltfOptions, LoadOptions, NO_INDEX, Scene, load};
+use umbel::formats::GltfOptions;
+use umbel::scene::NO_INDEX;
+use umbel::{LoadOptions, Scene, load};
 
 use super::making::{
     BYTE, Folder, Making, SHORT, SQUARE, SQUARE_UVS, UNSIGNED_BYTE, UNSIGNED_INT, UNSIGNED_SHORT,
@@ -282,7 +284,7 @@ fn positions_that_are_not_finite_are_refused_or_dropped() {
         primitive
     });
     let problem = making.refusal();
-    assert!(problem.contains("vertex 1 of meshes[0].primitives[0]") && problem.contains("--drop-non-finite"));
+    assert!(problem.contains("vertex 1 of meshes[0].primitives[0]") && problem.contains("drop_non_finite"));
     let options = GltfOptions { drop_non_finite: true, ..GltfOptions::default() };
     let scene = making.try_read(&options).unwrap();
     assert_eq!((scene.positions.len(), scene.positions[1]), (4, [0.0; 3]));

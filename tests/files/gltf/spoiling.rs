@@ -2,7 +2,8 @@
 
 use proptest::prelude::*;
 use serde_json::json;
-use umbel::{Error, GltfFile, GltfOptions, VertexTarget};
+use umbel::Error;
+use umbel::formats::{GltfFile, GltfOptions, VertexTarget};
 
 use super::making::{Folder, Making, png};
 

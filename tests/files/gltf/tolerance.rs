@@ -1,7 +1,7 @@
 //! What the specification lets a file write in more than one way, and what other readers forgive.
 
 use serde_json::{Value, json};
-use umbel::{GltfOptions, VertexTarget, read_gltf};
+use umbel::formats::{GltfOptions, VertexTarget, read_gltf};
 
 use super::making::{Folder, Making, Written, png};
 

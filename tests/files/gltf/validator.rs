@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::{Value, json};
-use umbel::{GltfFile, VertexTarget};
+use umbel::formats::{GltfFile, VertexTarget};
 
 use super::making::{Folder, Making, UNSIGNED_SHORT, png};
 

@@ -9,10 +9,8 @@ use arbitrary::{Arbitrary, Result, Unstructured};
 use common::oracle::{self, OracleRay, Ties};
 use libfuzzer_sys::fuzz_target;
 use umbel::glam::DVec3;
-use umbel::{
-    Film, GridFilm, Isa, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays, Triangles, any_hit,
-    closest_hit,
-};
+use umbel::{NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Triangles, any_hit, closest_hit};
+use umbel::engine::{Film, GridFilm, Isa, Rays};
 
 #[derive(Debug)]
 struct Case {

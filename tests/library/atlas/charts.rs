@@ -1,7 +1,9 @@
 //! Charts, and which of them owns a texel.
 
 use proptest::prelude::*;
-use umbel::{NO_INDEX, Scene, TriangleId, check_uvs};
+use umbel::bake::check_uvs;
+use umbel::scene::NO_INDEX;
+use umbel::{Scene, TriangleId};
 
 use super::scenes::{at, atlas, push, push_quad, receivers, soup, square, triangles};
 
@@ -131,12 +133,12 @@ proptest! {
     ) {
         let uvs: Vec<_> = uvs.iter().map(|uv| uv.map(|uv| uv.map(|k| f32::from(k) / 8.0))).collect();
         let texels = |scene: &Scene| {
-            let Ok(atlas) = umbel::Atlas::new(scene, &umbel::AtlasOptions { size, samples }) else { return Vec::new() };
+            let Ok(atlas) = umbel::bake::Atlas::new(scene, &umbel::bake::AtlasOptions { size, samples }) else { return Vec::new() };
             atlas.band(0..size).chunk_by(|one, other| one.texel == other.texel).map(<[_]>::to_vec).collect()
         };
         let alone: Vec<_> = uvs.iter().map(|&uv| texels(&soup(&[uv]))).collect();
         for found in texels(&soup(&uvs)) {
-            let of_texel = |all: &Vec<Vec<umbel::TexelReceiver>>| {
+            let of_texel = |all: &Vec<Vec<umbel::bake::TexelReceiver>>| {
                 all.iter().find(|other| other[0].texel == found[0].texel).cloned().unwrap_or_default()
             };
             let candidates: Vec<_> = alone.iter().map(of_texel).collect();
@@ -144,8 +146,8 @@ proptest! {
             // One receiver may be a clamped one.
             if most > 1 {
                 let owner = candidates.iter().position(|candidate| candidate.len() == most).expect("the largest");
-                let weights = |all: &[umbel::TexelReceiver]| {
-                    all.iter().map(umbel::TexelReceiver::barycentrics).collect::<Vec<_>>()
+                let weights = |all: &[umbel::bake::TexelReceiver]| {
+                    all.iter().map(umbel::bake::TexelReceiver::barycentrics).collect::<Vec<_>>()
                 };
                 prop_assert!(found.iter().all(|receiver| receiver.triangle.0 as usize == owner));
                 prop_assert_eq!(weights(&found), weights(&candidates[owner]));

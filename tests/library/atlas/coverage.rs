@@ -53,11 +53,11 @@ proptest! {
         samples in 1_u32..9,
     ) {
         let expected = expected(&scene, size);
-        match umbel::Atlas::new(&scene, &umbel::AtlasOptions { size, samples }) {
+        match umbel::bake::Atlas::new(&scene, &umbel::bake::AtlasOptions { size, samples }) {
             Ok(atlas) => {
                 let found = triangles(&atlas.band(0..size));
                 prop_assert_eq!(found.into_keys().collect::<BTreeSet<_>>(), expected.clone());
-                prop_assert_eq!(umbel::check_uvs(&atlas).covered, expected.len() as u64);
+                prop_assert_eq!(umbel::bake::check_uvs(&atlas).covered, expected.len() as u64);
             }
             Err(_) => prop_assert!(expected.is_empty()),
         }
@@ -65,7 +65,7 @@ proptest! {
 
     #[test]
     fn receivers_lie_on_their_triangles_and_in_their_texels(scene in scenes(), size in 1_u32..11, samples in 1_u32..9) {
-        let Ok(atlas) = umbel::Atlas::new(&scene, &umbel::AtlasOptions { size, samples }) else { return Ok(()) };
+        let Ok(atlas) = umbel::bake::Atlas::new(&scene, &umbel::bake::AtlasOptions { size, samples }) else { return Ok(()) };
         let all = atlas.band(0..size);
         let slack = 2e-7 * reach(&scene, size);
         for of_texel in all.chunk_by(|one, other| one.texel == other.texel) {
@@ -93,7 +93,7 @@ proptest! {
         size in 1_u32..9,
     ) {
         let scene = soup(&[uv]);
-        let Ok(atlas) = umbel::Atlas::new(&scene, &umbel::AtlasOptions { size, samples: 1 }) else { return Ok(()) };
+        let Ok(atlas) = umbel::bake::Atlas::new(&scene, &umbel::bake::AtlasOptions { size, samples: 1 }) else { return Ok(()) };
         for receiver in atlas.band(0..size) {
             let centre = [receiver.texel % size, receiver.texel / size].map(|k| f64::from(k) + 0.5);
             let far = |[x, y]: [f64; 2]| (x - centre[0]).hypot(y - centre[1]);
@@ -135,12 +135,12 @@ proptest! {
         let found = triangles(&atlas.band(0..size));
         prop_assert_eq!(found.len(), (size * size) as usize);
         prop_assert!(found.values().all(|of_texel| of_texel.len() == samples as usize));
-        prop_assert_eq!(umbel::check_uvs(&atlas).overlapping, 0);
+        prop_assert_eq!(umbel::bake::check_uvs(&atlas).overlapping, 0);
     }
 
     #[test]
     fn bands_joined_are_all_rows(scene in scenes(), size in 1_u32..70, samples in 1_u32..5, cut in 1_u32..40) {
-        let Ok(atlas) = umbel::Atlas::new(&scene, &umbel::AtlasOptions { size, samples }) else { return Ok(()) };
+        let Ok(atlas) = umbel::bake::Atlas::new(&scene, &umbel::bake::AtlasOptions { size, samples }) else { return Ok(()) };
         let cuts = (0..size).step_by(cut as usize);
         let joined: Vec<_> = cuts.flat_map(|row| atlas.band(row..row + cut)).collect();
         prop_assert_eq!(joined, atlas.band(0..size));
@@ -196,7 +196,7 @@ fn the_mean_of_the_receivers_is_weighted_by_coverage() {
     let all = receivers(&scene, 1, 16);
     let left = all.iter().filter(|receiver| receiver.triangle.0 < 2).count();
     assert_eq!((left, all.len()), (4, 16));
-    let mut image = umbel::TexelImage::new(1);
+    let mut image = umbel::bake::TexelImage::new(1);
     let values: Vec<[f32; 1]> = all.iter().map(|r| [if r.triangle.0 < 2 { 1.0 } else { 0.0 }]).collect();
     image.cover(&all, &values);
     assert_eq!((image.values(), image.covered()), (&[[0.25]][..], &[true][..]));
@@ -214,13 +214,13 @@ fn threads_change_nothing() {
         pool.install(|| {
             let atlas = atlas(&scene, 200, 4);
             let all = atlas.band(0..200);
-            let mut image = umbel::TexelImage::new(200);
+            let mut image = umbel::bake::TexelImage::new(200);
             let values: Vec<_> =
                 all.iter().map(|r| [r.barycentrics()[0] as f32, r.triangle.0 as f32]).collect();
             image.cover(&all, &values);
             image.extend(7);
             let bits: Vec<_> = image.values().iter().map(|value| value.map(f32::to_bits)).collect();
-            (all, umbel::check_uvs(&atlas), bits)
+            (all, umbel::bake::check_uvs(&atlas), bits)
         })
     };
     assert!(run(1) == run(5));

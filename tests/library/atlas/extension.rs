@@ -1,7 +1,8 @@
 //! Extension beyond the borders of charts, against a search through all texels.
 
 use proptest::prelude::*;
-use umbel::{Scene, TexelImage, TexelReceiver};
+use umbel::Scene;
+use umbel::bake::{TexelImage, TexelReceiver};
 
 use super::scenes::{receivers, soup};
 

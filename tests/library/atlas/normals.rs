@@ -2,8 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 
+use umbel::engine::Side;
 use umbel::glam::DVec3;
-use umbel::{NO_INDEX, Scene, Side, TriangleId};
+use umbel::scene::NO_INDEX;
+use umbel::{Scene, TriangleId};
 
 use super::scenes::{atlas, push_quad, soup};
 

@@ -1,12 +1,12 @@
 //! What cannot be baked is refused with a reason and a remedy.
 
-use umbel::{Atlas, AtlasOptions, Error, Scene};
+use umbel::bake::{Atlas, AtlasOptions};
+use umbel::{Error, Scene};
 
 use super::scenes::{push, soup};
 
-fn refusal(scene: &Scene, size: u32, samples: u32) -> (u8, String) {
-    let error = Atlas::new(scene, &AtlasOptions { size, samples }).expect_err("refused");
-    (error.exit_code(), error.to_string())
+fn refusal(scene: &Scene, size: u32, samples: u32) -> Error {
+    Atlas::new(scene, &AtlasOptions { size, samples }).expect_err("refused")
 }
 
 #[test]
@@ -15,8 +15,8 @@ fn options_out_of_range_are_usage_errors() {
     for (size, samples, word) in
         [(0, 1, "texels"), (65_536, 1, "texels"), (8, 0, "samples"), (8, 65, "samples")]
     {
-        let (code, message) = refusal(&scene, size, samples);
-        assert!(code == 2 && message.contains(word), "{message}");
+        let error = refusal(&scene, size, samples);
+        assert!(matches!(error, Error::Usage(_)) && error.to_string().contains(word), "{error}");
     }
 }
 
@@ -33,8 +33,8 @@ fn an_empty_atlas_is_bad_input() {
         (thin, "have no area"),
     ];
     for (scene, words) in cases {
-        let (code, message) = refusal(&scene, 16, 1);
-        assert!(code == 3 && message.contains(words), "{message}");
+        let error = refusal(&scene, 16, 1);
+        assert!(matches!(error, Error::Input { .. }) && error.to_string().contains(words), "{error}");
     }
 }
 

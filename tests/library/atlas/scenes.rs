@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use umbel::{Atlas, AtlasOptions, Scene, TexelReceiver};
+use umbel::Scene;
+use umbel::bake::{Atlas, AtlasOptions, TexelReceiver};
 
 /// Triangles of their own, each with texture coordinates; they lie apart in space, so that each is a chart.
 pub(crate) fn soup(uvs: &[[[f32; 2]; 3]]) -> Scene {

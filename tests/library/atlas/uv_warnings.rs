@@ -1,6 +1,7 @@
 //! What the check says, and that it is silent where nothing is wrong.
 
-use umbel::{Scene, check_uvs};
+use umbel::Scene;
+use umbel::bake::check_uvs;
 
 use super::scenes::{at, atlas, push, push_quad, soup, square};
 

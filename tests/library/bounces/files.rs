@@ -2,7 +2,8 @@
 
 use common::command::Place;
 use common::place;
-use umbel::{LoadOptions, Optics, load};
+use umbel::scene::Optics;
+use umbel::{LoadOptions, load};
 
 /// A level square, and one above it.
 const SCENE: &str = "\

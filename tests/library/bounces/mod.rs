@@ -10,7 +10,9 @@ mod files;
 mod rays;
 
 use umbel::glam::DVec3;
-use umbel::{Bounces, Camera, Lens, Material, Object, Optics, Scene};
+use umbel::render::Bounces;
+use umbel::scene::{Material, Object, Optics};
+use umbel::{Camera, Lens, Scene};
 
 /// Mirrors and glass.
 const BOTH: Bounces = Bounces { reflect: true, refract: true, most: 4 };

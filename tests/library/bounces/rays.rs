@@ -1,10 +1,11 @@
 //! The rays that hits send on, and the pictures that they make.
 
+use umbel::engine::Isa;
 use umbel::glam::DVec3;
-use umbel::{
-    Bounces, Hit, Isa, Look, Optics, Options, Path, Ray, Scene, TriangleId, Triangles, builtin, closest_hit,
-    point_light, preview_with, sun_light, visibility,
-};
+use umbel::render::{Bounces, Look, preview_with};
+use umbel::scene::Optics;
+use umbel::shadow::{point_light, sun_light};
+use umbel::{Hit, Options, Path, Ray, Scene, TriangleId, Triangles, builtin, closest_hit, visibility};
 
 use super::{BOTH, add, add_box, camera};
 

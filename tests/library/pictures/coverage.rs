@@ -1,7 +1,8 @@
 //! Samples of a pixel against the part of it that a wall covers.
 
 use umbel::glam::DVec3;
-use umbel::{Camera, Lens, Options, Scene, preview, visibility};
+use umbel::render::preview;
+use umbel::{Camera, Lens, Options, Scene, visibility};
 
 /// A wall at z = 0 from x = left to x = right, high enough for any picture.
 pub(crate) fn wall(left: f32, right: f32) -> Scene {

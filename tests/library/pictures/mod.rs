@@ -10,9 +10,10 @@ use std::f64::consts::PI;
 use common::random::Random;
 use coverage::wall;
 use umbel::glam::DVec3;
+use umbel::render::preview;
+use umbel::scene::CUBE_FACES;
 use umbel::{
-    Aov, AovData, CUBE_FACES, Camera, Lens, NO_TRIANGLE, Options, Origin, Scene, VisibilityBuffer, builtin,
-    preview, visibility,
+    Aov, AovData, Camera, Lens, NO_TRIANGLE, Options, Origin, Scene, VisibilityBuffer, builtin, visibility,
 };
 
 /// The allowed error of a unit-sized direction.
@@ -164,7 +165,7 @@ fn a_framed_box_fits() {
         let mut point = || DVec3::new(random.unit(), random.unit(), random.unit()) * 8.0 - 4.0;
         let (a, b, direction) = (point(), point(), point());
         let narrow = |v: DVec3| v.to_array().map(|x| x as f32);
-        let bounds = umbel::Aabb { lo: narrow(a.min(b)), hi: narrow(a.max(b)) };
+        let bounds = umbel::engine::Aabb { lo: narrow(a.min(b)), hi: narrow(a.max(b)) };
         for lens in [Lens::Pinhole { fov: 45.0 }, Lens::Pinhole { fov: 100.0 }, Lens::Ortho { height: 1.0 }] {
             let camera = Camera::framing(&bounds, direction, lens, 160, 90);
             let [f, r, u] = frame(&camera);

@@ -6,11 +6,11 @@ use common::generators::Mesh;
 use common::generators::meshes::{cube, sphere, star};
 use common::place;
 use common::scenes::cube_direction;
+use umbel::engine::{Film, GridFilm};
 use umbel::glam::DVec3;
-use umbel::{
-    CUBE_FACES, Film, Frame, GridFilm, Options, Origin, Pencil, closest_hit, cube_map, cube_pencil,
-    distances, face_matrices,
-};
+use umbel::scene::CUBE_FACES;
+use umbel::shadow::{cube_map, cube_pencil, distances, face_matrices};
+use umbel::{Frame, Options, Origin, Pencil, closest_hit};
 
 use super::BOX;
 

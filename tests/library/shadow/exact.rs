@@ -4,10 +4,10 @@ use common::generators::{self, KINDS, Kind, Mesh, widen};
 use common::oracle::{self, OracleRay, Ties};
 use common::random::Random;
 use common::sides;
+use umbel::engine::{Film, shadowed};
 use umbel::glam::DVec3;
-use umbel::{
-    Film, Hits, NO_TRIANGLE, Options, Origin, Path, Pencil, Receivers, closest_hit, receivers, shadowed,
-};
+use umbel::shadow::{Receivers, receivers};
+use umbel::{Hits, NO_TRIANGLE, Options, Origin, Path, Pencil, closest_hit};
 
 /// Whether the light is strictly on the side of a triangle that a ray sees.
 fn turns(mesh: &Mesh, light: Origin, id: u32, seen_along: DVec3) -> bool {
@@ -156,5 +156,5 @@ fn lights_out_of_range_are_refused() {
         assert!(!ask(Origin::Infinity(DVec3::new(0.0, bad, 0.0))));
     }
     assert!(!ask(Origin::Infinity(DVec3::ZERO)) && !ask(Origin::Point(DVec3::splat(1e-300))));
-    assert!(ask(umbel::point_light(DVec3::splat(1e-300))) && ask(umbel::sun_light(DVec3::Y)));
+    assert!(ask(umbel::shadow::point_light(DVec3::splat(1e-300))) && ask(umbel::shadow::sun_light(DVec3::Y)));
 }

@@ -4,7 +4,7 @@ use common::command::Place;
 use common::place;
 use common::scenes::cube_direction;
 use ktx2::{ColorModel, Format, Reader, TransferFunction};
-use umbel::{Samples, read_exr, read_png_rgb8, write_ktx2_cube};
+use umbel::files::{Samples, read_exr, read_png_rgb8, write_ktx2_cube};
 
 use super::{BOX, FLOOR};
 

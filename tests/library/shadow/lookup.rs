@@ -3,11 +3,10 @@
 use common::generators::meshes::{cube, sphere};
 use common::generators::{Mesh, widen};
 use common::random::Random;
+use umbel::engine::{Film, shadowed};
 use umbel::glam::DVec3;
-use umbel::{
-    CubeMap, Film, Frame, MapErrors, Options, Origin, Pencil, TriangleId, closest_hit, compare_maps,
-    cube_map, receivers, shadowed,
-};
+use umbel::shadow::{CubeMap, MapErrors, compare_maps, cube_map, receivers};
+use umbel::{Frame, Options, Origin, Pencil, TriangleId, closest_hit};
 
 /// The cube map of a light.
 fn map(mesh: &Mesh, light: DVec3, size: u32) -> CubeMap {
@@ -88,7 +87,7 @@ fn a_texel_answers_for_its_directions() {
     let size = 4;
     let numbered: Vec<f32> = (0..6 * size * size).map(|k| k as f32).collect();
     let map = CubeMap::new(DVec3::ONE, size, numbered).expect("a cube");
-    let pencil = umbel::cube_pencil(DVec3::ONE, size).expect("a cube");
+    let pencil = umbel::shadow::cube_pencil(DVec3::ONE, size).expect("a cube");
     for texel in 0..pencil.len() {
         for length in [1.0, 1e-6, 1e6] {
             assert_eq!(map.distance(pencil.ray(texel).direction * length), texel as f32);

@@ -2,8 +2,10 @@
 
 use common::command::Place;
 use common::place;
+use umbel::files::read_png_rgb8;
 use umbel::glam::DVec3;
-use umbel::{Camera, Lens, LoadOptions, Options, load, point_light, read_png_rgb8, shadow_masks, sun_light};
+use umbel::shadow::{point_light, shadow_masks, sun_light};
+use umbel::{Camera, Lens, LoadOptions, Options, load};
 
 use super::{BOX, FLOOR};
 

@@ -3,8 +3,10 @@
 use std::collections::HashMap;
 
 use common::random::Random;
+use umbel::engine::{Detail, OnDemand};
 use umbel::glam::DVec3;
-use umbel::{Creases, Detail, DisplacedMesh, Field, OnDemand, SubdivisionSurface, Terrain};
+use umbel::scene::Creases;
+use umbel::surfaces::{DisplacedMesh, Field, SubdivisionSurface, Terrain};
 
 use super::bounds::displacements;
 use super::detail::from_eye;

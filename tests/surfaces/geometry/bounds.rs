@@ -2,11 +2,13 @@
 
 use common::random::Random;
 use proptest::prelude::*;
+use umbel::engine::{Aabb, Detail, Dicing, Domain, Film, GridFilm, Isa, OnDemand};
 use umbel::glam::DVec3;
-use umbel::{
-    Aabb, Creases, Detail, Dicing, DisplacedMesh, Displacement, Domain, Field, Film, GridFilm, HeightMap,
-    Isa, Noise, OnDemand, Origin, Pencil, Relief, SubdivisionSurface, Terrain,
+use umbel::scene::Creases;
+use umbel::surfaces::{
+    DisplacedMesh, Displacement, Field, HeightMap, Noise, Relief, SubdivisionSurface, Terrain,
 };
+use umbel::{Origin, Pencil};
 
 use super::meshes::{cube, house, sheet, sphere, star, tangle};
 use super::patches::teapot;

@@ -1,8 +1,11 @@
 //! Catmull-Clark surfaces against limit masks and against a plain refinement of the whole cage.
 
 use common::random::Random;
+use umbel::Scene;
+use umbel::engine::OnDemand;
 use umbel::glam::DVec3;
-use umbel::{Creases, Displacement, OnDemand, Scene, SubdivisionSurface};
+use umbel::scene::Creases;
+use umbel::surfaces::{Displacement, SubdivisionSurface};
 
 use super::meshes::{cube, house, sheet, star};
 use super::plain::Plain;

@@ -1,11 +1,10 @@
 //! What rays can tell apart: spacing by formula, octaves that are left out, the same bits with all instructions.
 
 use common::random::Random;
+use umbel::engine::{Detail, Dicing, Film, GridFilm, Isa, OnDemand};
 use umbel::glam::DVec3;
-use umbel::{
-    Detail, Dicing, DisplacedMesh, Displacement, Film, GridFilm, Isa, Noise, OnDemand, Origin, Pencil,
-    Relief, SubdivisionSurface, Terrain,
-};
+use umbel::surfaces::{DisplacedMesh, Displacement, Noise, Relief, SubdivisionSurface, Terrain};
+use umbel::{Origin, Pencil};
 
 use super::meshes::{cube, sphere};
 use super::{patches, points, points_for};
@@ -118,7 +117,7 @@ fn displaced_meshes_lose_fine_octaves_alone() {
 fn instructions_change_no_bit() {
     let displacement = Displacement { relief: Relief::Noise(Noise::new(3.0, 1)), height: 0.2 };
     let mesh = DisplacedMesh::new(&sphere(8, 5), displacement.clone());
-    let smooth = SubdivisionSurface::new(&cube(), &umbel::Creases::default(), displacement);
+    let smooth = SubdivisionSurface::new(&cube(), &umbel::scene::Creases::default(), displacement);
     let places: Vec<[f64; 2]> = (0..81).map(|k| [f64::from(k % 9) / 8.0, f64::from(k / 9) / 8.0]).collect();
     let eye = Origin::Point(DVec3::new(3.0, 4.0, 5.0));
     let sets = [Isa::Sse2, Isa::Sse42, Isa::Avx2, Isa::Avx512, Isa::Neon];
@@ -135,5 +134,5 @@ fn instructions_change_no_bit() {
     all(&mesh, &patches(&mesh), &places, &details);
     all(&smooth, &patches(&smooth), &places, &details);
     all(&Terrain, &[7, 130], &places, &details);
-    all(&umbel::Field, &umbel::Field.roots()[..3], &places, &details);
+    all(&umbel::surfaces::Field, &umbel::surfaces::Field.roots()[..3], &places, &details);
 }

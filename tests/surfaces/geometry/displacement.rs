@@ -2,11 +2,11 @@
 
 use common::place;
 use common::random::Random;
+use umbel::Error;
+use umbel::engine::{Detail, OnDemand};
+use umbel::files::{Channel, Samples, write_exr, write_png_rgb8};
 use umbel::glam::DVec3;
-use umbel::{
-    Channel, Detail, DisplacedMesh, Displacement, Error, HeightMap, Noise, OnDemand, Relief, Samples,
-    write_exr, write_png_rgb8,
-};
+use umbel::surfaces::{DisplacedMesh, Displacement, HeightMap, Noise, Relief};
 
 use super::meshes::{cube, sphere};
 use super::{patches, points};
@@ -48,7 +48,7 @@ fn zero_height_moves_nothing_and_great_heights_stay_finite() {
             let places = [[0.0, 0.5], [0.3, 0.7]];
             assert_eq!(points(&flat, &patch, &places), points(&zero, &patch, &places));
             let far = points(&huge, &patch, &places);
-            let bounds = huge.bounds(&patch, umbel::Domain::UNIT, &Detail::all());
+            let bounds = huge.bounds(&patch, umbel::engine::Domain::UNIT, &Detail::all());
             assert!(far.iter().flatten().chain(&bounds.lo).chain(&bounds.hi).all(|x| x.is_finite()));
         }
     }

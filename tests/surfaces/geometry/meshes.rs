@@ -2,7 +2,8 @@
 
 use common::place;
 use common::random::Random;
-use umbel::{Scene, read_obj};
+use umbel::Scene;
+use umbel::formats::read_obj;
 
 /// A scene from OBJ text.
 pub(crate) fn obj(text: &str) -> Scene {

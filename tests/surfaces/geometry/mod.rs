@@ -9,7 +9,7 @@ mod meshes;
 mod patches;
 mod plain;
 
-use umbel::{Aabb, Detail, Domain, OnDemand};
+use umbel::engine::{Aabb, Detail, Domain, OnDemand};
 
 /// All patches of a surface, at the finest level of detail.
 fn patches<S: OnDemand>(surface: &S) -> Vec<S::Object> {

@@ -1,10 +1,11 @@
 //! Bézier patches: the teapot, files, degenerate patches.
 
 use common::place;
+use umbel::Error;
+use umbel::engine::{Detail, Domain, OnDemand};
+use umbel::formats::{SurfaceOptions, load_surfaces, read_bpt};
 use umbel::glam::DVec3;
-use umbel::{
-    BezierPatches, Detail, Domain, Error, OnDemand, SurfaceOptions, Surfaces, load_surfaces, read_bpt,
-};
+use umbel::surfaces::{BezierPatches, Surfaces};
 
 use super::{patches, points};
 

@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use umbel::Scene;
 use umbel::glam::DVec3;
-use umbel::{Creases, Scene};
+use umbel::scene::Creases;
 
 type Edge = (usize, usize);
 

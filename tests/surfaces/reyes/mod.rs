@@ -6,11 +6,9 @@ mod shadows;
 mod surfaces;
 
 use surfaces::{Bezier, Field, Plane, Sphere, Surfaces};
+use umbel::engine::{Dicing, Film, GridFilm, Isa, SurfaceHits, closest_hit_on_demand, dice_all};
 use umbel::glam::DVec3;
-use umbel::{
-    Dicing, Film, GridFilm, Isa, Options, Origin, Path, Pencil, Stats, SurfaceHits, Triangles, closest_hit,
-    closest_hit_on_demand, dice_all,
-};
+use umbel::{Options, Origin, Path, Pencil, Stats, Triangles, closest_hit};
 
 /// A camera at `eye` that looks along `forward`; `zoom` is the focal length over half the width.
 fn camera(eye: [f64; 3], forward: [f64; 3], zoom: f64, [width, height]: [u32; 2]) -> Pencil {

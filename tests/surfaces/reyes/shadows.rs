@@ -1,10 +1,10 @@
 //! Shadows of surfaces on demand: those of all micropolygons, made beforehand.
 
-use umbel::glam::DVec3;
-use umbel::{
-    Dicing, Isa, NO_TRIANGLE, Options, Origin, Path, Pencil, Receiver, Side, SurfaceHits, TriangleId,
-    Triangles, closest_hit_on_demand, dice_all, shadowed, shadowed_on_demand,
+use umbel::engine::{
+    Dicing, Isa, Receiver, Side, SurfaceHits, closest_hit_on_demand, dice_all, shadowed, shadowed_on_demand,
 };
+use umbel::glam::DVec3;
+use umbel::{NO_TRIANGLE, Options, Origin, Path, Pencil, TriangleId, Triangles};
 
 use super::surfaces::{Field, Plane, Surfaces};
 use super::{camera, of_spheres, sphere, sun};

@@ -1,6 +1,6 @@
 //! Surfaces on demand that are simple to check.
 
-use umbel::{Aabb, Detail, Domain, OnDemand};
+use umbel::engine::{Aabb, Detail, Domain, OnDemand};
 
 /// One patch or a group of a scene.
 #[derive(Debug, Clone, Copy)]

@@ -7,7 +7,7 @@
 
 pub(crate) mod instances;
 pub(crate) mod texture;
-pub(crate) mod vertex;
+pub mod vertex;
 
 use std::fs;
 use std::io::Write;
