@@ -31,6 +31,15 @@ pub(crate) enum Probes<'a> {
     Ambient(&'a [AmbientRay]),
 }
 
+/// What is asked: which triangle each probe meets first, or whether it meets any.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Question<'a> {
+    pub(crate) triangles: &'a Triangles<'a>,
+    pub(crate) probes: Probes<'a>,
+    /// Whether any hit will do.
+    pub(crate) any: bool,
+}
+
 /// The nearest hit of a probe so far: t lies in [lo, hi]. Without a hit, hi is the end of the ray.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Nearest {

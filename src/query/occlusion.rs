@@ -16,7 +16,7 @@ use crate::error::Error;
 use crate::geometry::triangles::Triangles;
 use crate::intersect::bundle::stream::{Objects, WINDOW, Workspace};
 use crate::intersect::general;
-use crate::intersect::ray_set::Probes;
+use crate::intersect::ray_set::{Probes, Question};
 use crate::objects::morton;
 use crate::objects::morton::along_curve;
 use crate::rays::hemisphere::{AmbientRay, Occlusion, OpenRays};
@@ -116,7 +116,7 @@ impl Batch {
             let found = objects.and_then(|objects| objects.any_of_window(work, probes, &mut close));
             let of_window = found.unwrap_or_else(|| {
                 let mut hits = Hits::missed(probes.len());
-                let stats = general::intersect(triangles, probes, true, &mut hits);
+                let stats = general::intersect(Question { triangles, probes, any: true }, &mut hits);
                 // In range: a window is small.
                 let closed =
                     (0..probes.len() as u32).filter(|&probe| hits.ids[probe as usize] != NO_TRIANGLE);

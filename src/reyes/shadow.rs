@@ -24,6 +24,7 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::geometry::triangles::{TriangleId, Triangles};
+use crate::intersect::context::Context;
 use crate::intersect::general;
 use crate::intersect::irregular::order::LightGrid;
 use crate::intersect::irregular::packets::Packets;
@@ -31,7 +32,7 @@ use crate::intersect::irregular::shadow::{FaceFilm, KEPT, block, start};
 use crate::intersect::irregular::sightings::CLUSTER;
 use crate::intersect::irregular::sightings::Sightings;
 use crate::intersect::pencil::leaf::{LeafDepth, Workspace, greatest_key};
-use crate::intersect::ray_set::Probes;
+use crate::intersect::ray_set::{Probes, Question};
 use crate::objects::morton::{along_curve, bytes_for};
 use crate::objects::runs::{Order, Runs};
 use crate::options::{Options, Path};
@@ -181,9 +182,12 @@ impl<'a, S: OnDemand> Query<'a, S> {
         let receivers = self.receivers;
         dispatch!(self.level, simd => work.depth.fill(simd, (receivers, ids), seen, &film.to_tile));
         let ends = |first: f64, last: f64| Interval { lo: first.min(last), hi: first.max(last) };
-        let (width, height) = (film.film.width() - 1, film.film.height() - 1);
-        let (x, y) = (ends(film.film.x(0), film.film.x(width)), ends(film.film.y(0), film.film.y(height)));
-        let frustum = Frustum::new(&film.projection, x, y, start(self.light));
+        let (width, height) = (film.view.film.width() - 1, film.view.film.height() - 1);
+        let (x, y) = (
+            ends(film.view.film.x(0), film.view.film.x(width)),
+            ends(film.view.film.y(0), film.view.film.y(height)),
+        );
+        let frustum = Frustum::new(&film.view.projection, x, y, start(self.light));
         Some((film, frustum))
     }
 
@@ -250,9 +254,10 @@ impl<'a, S: OnDemand> Query<'a, S> {
         match &face.film {
             Some((film, _)) => {
                 let runs = Runs::new(&triangles, self.level, Some(Order::as_given(triangles.len())));
-                let how = (self.options.accuracy, self.level);
+                let Options { accuracy, .. } = *self.options;
+                let context = Context { triangles: &triangles, accuracy, level: self.level };
                 work.forget_triangles();
-                *stats = stats.plus(block(&triangles, self.light, &runs, how, (film, work)));
+                *stats = stats.plus(block(context, &runs, &film.view, work));
             }
             None => *stats = stats.plus(self.one_by_one(&triangles, face.ids, shadowed)),
         }
@@ -265,7 +270,8 @@ impl<'a, S: OnDemand> Query<'a, S> {
     fn one_by_one(&self, triangles: &Triangles<'_>, ids: &[u32], shadowed: &[AtomicBool]) -> Stats {
         let receivers: Vec<Receiver> = ids.iter().map(|&id| self.receivers[id as usize]).collect();
         let mut hits = Hits::missed(ids.len());
-        let stats = general::intersect(triangles, Probes::Shadows(self.light, &receivers), true, &mut hits);
+        let probes = Probes::Shadows(self.light, &receivers);
+        let stats = general::intersect(Question { triangles, probes, any: true }, &mut hits);
         for (&id, _) in ids.iter().zip(&hits.ids).filter(|(_, hit)| **hit != NO_TRIANGLE) {
             shadowed[id as usize].store(true, Ordering::Relaxed);
         }

@@ -50,13 +50,12 @@ use std::ops::Range;
 use fearless_simd::{Level, dispatch, mask16x8, prelude::*, u16x8};
 
 use crate::geometry::ray::Ray;
-use crate::geometry::triangles::Triangles;
 use crate::intersect::bundle::cull_space::{CulledRay, Parameter, planes};
 use crate::intersect::bundle::lazy_bvh::{Child, CostDivided, Group, Part};
 use crate::intersect::bundle::leaf::GroupTriangles;
 use crate::intersect::bundle::pairs::{Pairs, Verdicts};
 use crate::intersect::bundle::shaft::Shaft;
-use crate::intersect::ray_set::{Nearest, Probes};
+use crate::intersect::ray_set::{Nearest, Question};
 use crate::objects::boxes::Boxes;
 use crate::simd::lanes::{LANES, bits};
 use crate::stats::Stats;
@@ -64,11 +63,9 @@ use crate::stats::Stats;
 /// The query that all windows share.
 #[derive(Clone, Copy)]
 pub(crate) struct Query<'a> {
-    pub(crate) triangles: &'a Triangles<'a>,
+    pub(crate) question: Question<'a>,
     pub(crate) objects: &'a CostDivided<'a>,
     pub(crate) level: Level,
-    pub(crate) probes: Probes<'a>,
-    pub(crate) any: bool,
     /// Whether the pairs of each ray are counted.
     pub(crate) counts: bool,
 }
@@ -192,7 +189,7 @@ impl Bundle<'_> {
     /// Tests up to eight pairs of rays and triangles.
     #[inline(always)]
     fn test_pairs<S: Simd>(&mut self, simd: S) {
-        let Query { triangles, probes, any, .. } = *self.query;
+        let Question { triangles, probes, any } = self.query.question;
         let (rays, ids, count) = self.pairs.take();
         self.stats.doubtful_samples += count as u64;
         let mut verdicts = Verdicts::NONE;

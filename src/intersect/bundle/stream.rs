@@ -19,7 +19,7 @@ use crate::intersect::bundle::order::{CHUNK, RayOrder};
 use crate::intersect::bundle::pairs::Pairs;
 use crate::intersect::bundle::shaft::Shaft;
 use crate::intersect::bundle::{Bundle, Found, Query};
-use crate::intersect::ray_set::{A_RAY, Nearest, Probes};
+use crate::intersect::ray_set::{A_RAY, Nearest, Probes, Question};
 use crate::rays::hits::{Hits, Row};
 use crate::simd::lanes::{LANES, bits};
 use crate::stats::Stats;
@@ -111,7 +111,8 @@ impl<'a> Objects<'a> {
 
     /// A query of these objects.
     fn query<'q>(&'q self, probes: Probes<'q>, any: bool, counts: bool) -> Query<'q> {
-        Query { triangles: self.triangles, objects: &self.divided, level: self.level, probes, any, counts }
+        let question = Question { triangles: self.triangles, probes, any };
+        Query { question, objects: &self.divided, level: self.level, counts }
     }
 
     /// Bytes of the objects.
@@ -154,7 +155,7 @@ impl Workspace {
         self.stats = Stats::default();
         self.sorted.iter_mut().for_each(Vec::clear);
         probes.for_each(|(probe, octant)| self.sorted[octant].push(probe));
-        let ends = dispatch!(query.level, simd => self.cut(simd, query.probes, &objects.space))?;
+        let ends = dispatch!(query.level, simd => self.cut(simd, query.question.probes, &objects.space))?;
         self.tested.clear();
         self.tested.resize(if query.counts { self.rays.len() } else { 0 }, 0);
         let mut first = 0;
@@ -232,12 +233,12 @@ impl Workspace {
                 continue;
             }
             let (low, high) = (saturate(nearest.lo), saturate(nearest.hi));
-            let t = if query.any {
+            let t = if query.question.any {
                 f32::INFINITY
             } else if low == high {
                 low
             } else {
-                Distance::new(ray, &query.triangles.triangle(nearest.id)).rounded()
+                Distance::new(ray, &query.question.triangles.triangle(nearest.id)).rounded()
             };
             hit(culled.probe, nearest.id, t);
         }

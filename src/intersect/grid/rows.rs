@@ -26,7 +26,6 @@ use crate::intersect::grid::hierarchical_z::BLOCK_SIDE;
 use crate::intersect::pencil::leaf::{FilmQuery, LeafDepth, Tile};
 use crate::intersect::pencil::rect::{Rect, TILE_SIDE};
 use crate::intersect::pencil::setup::Setups;
-use crate::options::Accuracy;
 use crate::rays::hits::precedes;
 use crate::rays::origin::Origin;
 use crate::simd::lanes::{LANES, Narrow, bits};
@@ -219,9 +218,9 @@ impl Tile<'_, TileDepth> {
         (x, rows): (u32, Range<u32>),
         stats: &mut Stats,
     ) -> bool {
-        let FilmQuery { origin, accuracy, any, .. } = self.query;
+        let FilmQuery { context, view, any, .. } = self.query;
         let zero = Narrow::simd_from(simd, 0.0);
-        let doubt = if accuracy == Accuracy::Exact { 1.0 } else { 0.0 };
+        let doubt = context.doubt();
         let triangle = OnColumns::new(simd, &self.work.setups, primitive.lane, x);
         stats.blocks += 1;
         stats.samples_tested += u64::from(rows.end - rows.start) * LANES as u64;
@@ -246,7 +245,7 @@ impl Tile<'_, TileDepth> {
             if !INSIDE {
                 sure &= least.simd_gt(doubt);
             }
-            if matches!(origin, Origin::Infinity(_)) {
+            if matches!(view.origin, Origin::Infinity(_)) {
                 // Rays start at their start points.
                 kept &= lo.simd_le(zero).to_bitmask();
                 sure &= hi.simd_lt(zero);
@@ -292,16 +291,16 @@ impl Tile<'_, TileDepth> {
         (i, j): (u32, u32),
         stats: &mut Stats,
     ) -> bool {
-        let FilmQuery { origin, film, accuracy, any, triangles, .. } = self.query;
+        let FilmQuery { context, view, any, .. } = self.query;
+        let (triangles, exact) = (context.triangles, context.is_exact());
         if i >= self.rect.width() || j >= self.rect.height() {
             return false;
         }
         stats.doubtful_samples += 1;
-        let ray = || -> Ray { origin.ray(film.at(self.rect.x0 + i, self.rect.y0 + j)) };
-        let exact = accuracy == Accuracy::Exact;
+        let ray = || -> Ray { view.origin.ray(view.film.at(self.rect.x0 + i, self.rect.y0 + j)) };
         if exact {
             let triangle = triangles.triangle(id);
-            if !covers(&ray(), &triangle, origin.ties(), &mut stats.ambiguous_coverage) {
+            if !covers(&ray(), &triangle, view.origin.ties(), &mut stats.ambiguous_coverage) {
                 return false;
             }
         }

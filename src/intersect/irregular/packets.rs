@@ -26,7 +26,6 @@ use crate::intersect::irregular::sightings::{CLUSTER, Sightings, ToTile};
 use crate::intersect::pencil::leaf::{LeafDepth, Tile};
 use crate::intersect::pencil::rect::Rect;
 use crate::intersect::pencil::setup::Setups;
-use crate::options::Accuracy;
 use crate::rays::receiver::{Receiver, blocks};
 use crate::simd::lanes::{LANES, Narrow, bits, least_of};
 use crate::stats::Stats;
@@ -259,7 +258,7 @@ impl LeafDepth for Packets<'_> {
         greatest: f32,
         stats: &mut Stats,
     ) {
-        let doubt = if tile.query.accuracy == Accuracy::Exact { 1.0 } else { 0.0 };
+        let doubt = tile.query.context.doubt();
         let functions = Functions::new(simd, &tile.work.setups, lane);
         let rect = inclusive(rect);
         let mut groups = all;
@@ -301,8 +300,8 @@ impl Tile<'_, Packets<'_>> {
             }
             stats.doubtful_samples += 1;
             let receiver = &packets.receivers[packets.ids[index] as usize];
-            let triangle = self.query.triangles.triangle(id);
-            if blocks(self.query.origin, receiver, (id, &triangle), &mut stats.ambiguous_coverage) {
+            let triangle = self.query.context.triangles.triangle(id);
+            if blocks(self.query.view.origin, receiver, (id, &triangle), &mut stats.ambiguous_coverage) {
                 (packets.lo[index], packets.hi[index]) = (f32::INFINITY, f32::INFINITY);
                 packets.settled += 1;
             }

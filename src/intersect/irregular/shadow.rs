@@ -13,11 +13,11 @@
 use std::mem::size_of;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::dispatch;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::geometry::triangles::Triangles;
+use crate::intersect::context::Context;
 use crate::intersect::general;
 use crate::intersect::irregular::order::LightGrid;
 use crate::intersect::irregular::packets::Packets;
@@ -25,13 +25,12 @@ use crate::intersect::irregular::sightings::{CLUSTER, Sightings, ToTile};
 use crate::intersect::pencil::intersect_objects;
 use crate::intersect::pencil::leaf::{FilmQuery, Tile, Workspace};
 use crate::intersect::pencil::rect::{Rect, TILE_SIDE};
-use crate::intersect::pencil::screen_bounds::Pixels;
-use crate::intersect::ray_set::Probes;
+use crate::intersect::pencil::viewport::Viewport;
+use crate::intersect::ray_set::{Probes, Question};
 use crate::objects::morton::{along_curve, bytes_for};
 use crate::objects::runs::Runs;
-use crate::options::Accuracy;
 use crate::rays::film::{GridFilm, Sampling};
-use crate::rays::frustum::{Interval, Projection};
+use crate::rays::frustum::Interval;
 use crate::rays::hits::{Hits, NO_TRIANGLE};
 use crate::rays::origin::Origin;
 use crate::rays::projection::Plane;
@@ -49,12 +48,10 @@ pub(crate) const KEPT: usize = 1;
 /// What all clusters share.
 #[derive(Debug, Clone, Copy)]
 struct ShadowQuery<'a> {
-    triangles: &'a Triangles<'a>,
+    context: Context<'a>,
     light: Origin,
     receivers: &'a [Receiver],
     runs: &'a Runs,
-    accuracy: Accuracy,
-    level: Level,
 }
 
 /// What a thread keeps from cluster to cluster.
@@ -74,13 +71,13 @@ impl Scratch<'_> {
 
 /// Finds which receivers a light does not see.
 pub(crate) fn shadowed<'a>(
-    triangles: &'a Triangles<'a>,
-    (light, receivers): (Origin, &'a [Receiver]),
+    context: Context<'a>,
+    light: Origin,
+    receivers: &'a [Receiver],
     runs: &'a Runs,
-    (accuracy, level): (Accuracy, Level),
 ) -> (Vec<bool>, Stats) {
-    let query = ShadowQuery { triangles, light, receivers, runs, accuracy, level };
-    let order = along_curve(&LightGrid::new(light, receivers), receivers.len(), level);
+    let query = ShadowQuery { context, light, receivers, runs };
+    let order = along_curve(&LightGrid::new(light, receivers), receivers.len(), context.level);
     let shadowed: Vec<AtomicBool> = (0..receivers.len()).map(|_| AtomicBool::new(false)).collect();
     let of_cluster = |scratch: &mut Scratch<'a>, ids: &[u32]| query.cluster(scratch, ids, &shadowed);
     let mut stats =
@@ -95,7 +92,7 @@ pub(crate) fn shadowed<'a>(
 impl<'a> ShadowQuery<'a> {
     /// Finds which receivers of a cluster are in shadow. Each has its own place among the answers.
     fn cluster(self, scratch: &mut Scratch<'a>, ids: &[u32], shadowed: &[AtomicBool]) -> Stats {
-        let Self { light, receivers, level, .. } = self;
+        let Self { light, receivers, context: Context { level, .. }, .. } = self;
         let seen = &mut scratch.seen;
         let [first, last] = dispatch!(level, simd => seen.see(simd, light, (receivers, ids), None));
         if first == last {
@@ -116,7 +113,7 @@ impl<'a> ShadowQuery<'a> {
     fn face(self, scratch: &mut Scratch<'a>, face: usize, ids: &[u32], shadowed: &[AtomicBool]) -> Stats {
         let Scratch { work, seen } = scratch;
         let receivers = self.receivers;
-        let (extent, depth) = dispatch!(self.level, simd => seen.extent(simd));
+        let (extent, depth) = dispatch!(self.context.level, simd => seen.extent(simd));
         let plane = Plane::numbered(self.light, face);
         let Some(film) = FaceFilm::around(self.light, plane, extent, (seen.depth[0], depth)) else {
             let mut stats = Stats::default();
@@ -127,8 +124,8 @@ impl<'a> ShadowQuery<'a> {
             }
             return stats;
         };
-        dispatch!(self.level, simd => work.depth.fill(simd, (receivers, ids), seen, &film.to_tile));
-        let stats = block(self.triangles, self.light, self.runs, (self.accuracy, self.level), (&film, work));
+        dispatch!(self.context.level, simd => work.depth.fill(simd, (receivers, ids), seen, &film.to_tile));
+        let stats = block(self.context, self.runs, &film.view, work);
         for id in work.depth.shadowed() {
             shadowed[id as usize].store(true, Ordering::Relaxed);
         }
@@ -140,38 +137,25 @@ impl<'a> ShadowQuery<'a> {
     fn alone(self, receiver: &Receiver, stats: &mut Stats) -> bool {
         let mut hits = Hits::missed(1);
         let probes = Probes::Shadows(self.light, std::slice::from_ref(receiver));
-        *stats = stats.plus(general::intersect(self.triangles, probes, true, &mut hits));
+        *stats = stats.plus(general::intersect(
+            Question { triangles: self.context.triangles, probes, any: true },
+            &mut hits,
+        ));
         hits.ids[0] != NO_TRIANGLE
     }
 }
 
 /// Tests all triangles with the receivers of a film.
 pub(crate) fn block(
-    triangles: &Triangles<'_>,
-    light: Origin,
+    context: Context<'_>,
     runs: &Runs,
-    (accuracy, level): (Accuracy, Level),
-    (film, work): (&FaceFilm, &mut Workspace<Packets<'_>>),
+    view: &Viewport,
+    work: &mut Workspace<Packets<'_>>,
 ) -> Stats {
-    let FaceFilm { film, projection, .. } = film;
-    let sampling = Sampling::Scattered;
-    let pixels = &Pixels::new(projection, film, sampling);
-    let bounds = runs.bounds();
-    let query = FilmQuery {
-        triangles,
-        origin: light,
-        film,
-        projection,
-        pixels,
-        bounds,
-        accuracy,
-        level,
-        sampling,
-        any: true,
-    };
+    let query = FilmQuery { context, view, bounds: runs.bounds(), any: true };
     work.forget_footprints();
-    let rect = Rect { x0: 0, y0: 0, x1: film.width(), y1: film.height() };
-    intersect_objects(&mut Tile::new(query, rect, start(light), work), runs)
+    let rect = Rect { x0: 0, y0: 0, x1: view.film.width(), y1: view.film.height() };
+    intersect_objects(&mut Tile::new(query, rect, start(view.origin), work), runs)
 }
 
 /// The t-coordinates at which what may block receivers begins.
@@ -186,8 +170,7 @@ pub(crate) fn start(light: Origin) -> Interval {
 /// A film around some receivers.
 #[derive(Debug)]
 pub(crate) struct FaceFilm {
-    pub(crate) film: GridFilm,
-    pub(crate) projection: Projection,
+    pub(crate) view: Viewport,
     pub(crate) to_tile: ToTile,
 }
 
@@ -216,9 +199,9 @@ impl FaceFilm {
         let forward = forward + right * x + up * y;
         let spans = [right * half(extent[0]), up * half(extent[1])];
         let film = GridFilm::new(TILE_SIDE, TILE_SIDE, forward, spans[0], spans[1]).ok()?;
-        let projection = Projection::new(light, film.span())?;
+        let view = Viewport::new(light, film, Sampling::Scattered)?;
         // As the film has them: X = 2·column − 63, Y = 63 − 2·row.
-        let [forward, r, u] = film.span();
+        let [forward, r, u] = view.film.span();
         let (r, u, last) = (r.dot(right), u.dot(up), f64::from(TILE_SIDE - 1));
         let (middle, depth) = match light {
             Origin::Point(_) => ([right, up].map(|axis| forward.dot(axis)), [0.0, 1.0]),
@@ -229,6 +212,6 @@ impl FaceFilm {
             }
         };
         let at = [[middle[0] - last * r, 0.5 / r], [middle[1] + last * u, -0.5 / u]];
-        Some(Self { film, projection, to_tile: ToTile { at, depth } })
+        Some(Self { view, to_tile: ToTile { at, depth } })
     }
 }

@@ -16,13 +16,13 @@ pub(crate) mod space_setup;
 
 use std::mem::size_of;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::dispatch;
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::exact::predicates::covers;
 use crate::geometry::aabb::{Aabb, U};
-use crate::geometry::triangles::Triangles;
+use crate::intersect::context::Context;
 use crate::intersect::pencil::leaf::greatest_key;
 use crate::intersect::pencil::{SubPencil, intersect_objects};
 use crate::intersect::scattered::depth::{Candidate, DepthBuffer};
@@ -114,11 +114,9 @@ fn interleave(x: f64, y: f64) -> u64 {
 /// What all clusters of one film share.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ScatteredQuery<'a> {
-    pub(crate) triangles: &'a Triangles<'a>,
+    pub(crate) context: Context<'a>,
     pub(crate) origin: Origin,
     pub(crate) samples: &'a [DVec3],
-    pub(crate) accuracy: Accuracy,
-    pub(crate) level: Level,
     /// Whether any hit will do.
     pub(crate) any: bool,
     /// The box of all triangles.
@@ -169,7 +167,8 @@ impl<'a> Cluster<'a> {
     pub(crate) fn entered(&self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
         stats.frustum_tests += LANES as u64;
         let (met, ts) = if let Some(Bound { frustum, limits, speed }) = &self.bound {
-            let (met, ts) = dispatch!(self.query.level, simd => frustum.enter_lanes(simd, boxes, limits));
+            let (met, ts) =
+                dispatch!(self.query.context.level, simd => frustum.enter_lanes(simd, boxes, limits));
             // A quotient: one rounding.
             (met, ts.map(|t| t / speed - (t / speed).abs() * (2.0 * U)))
         } else {
@@ -182,7 +181,7 @@ impl<'a> Cluster<'a> {
 
     /// Tests one triangle against the rays that may meet it.
     pub(crate) fn intersect(&mut self, id: u32, stats: &mut Stats) {
-        let ScatteredQuery { triangles, origin, level, .. } = self.query;
+        let ScatteredQuery { context: Context { triangles, level, .. }, origin, .. } = self.query;
         let triangle = triangles.triangle(id);
         let met = self.piercings.may_meet(level, &triangle);
         if met.iter().all(|&rays| rays == 0) {
@@ -215,7 +214,8 @@ impl<'a> Cluster<'a> {
 
     /// Tests one ray against one triangle.
     fn test(&mut self, index: usize, id: u32, setup: &SpaceSetup, stats: &mut Stats) {
-        let ScatteredQuery { triangles, origin, samples, accuracy, any, .. } = self.query;
+        let ScatteredQuery { context: Context { triangles, accuracy, .. }, origin, samples, any, .. } =
+            self.query;
         let sample = samples[self.places[index] as usize];
         stats.samples_tested += 1;
         let inside = match accuracy {
@@ -255,7 +255,7 @@ impl<'a> Cluster<'a> {
 
     /// The hits in the order of the cluster.
     fn hits(&self) -> Hits {
-        let ScatteredQuery { triangles, origin, samples, level, .. } = self.query;
+        let ScatteredQuery { context: Context { triangles, level, .. }, origin, samples, .. } = self.query;
         let Hits { mut ids, mut ts } = Hits::missed(self.places.len());
         let ray = |k: usize| origin.ray(samples[self.places[k] as usize]);
         for (eight, row) in ids.chunks_mut(LANES).zip(ts.chunks_mut(LANES)).enumerate() {
@@ -278,7 +278,7 @@ impl SubPencil for Cluster<'_> {
         self.depth.hides(greatest_key(self.query.origin, t))
     }
 
-    fn intersect(&mut self, runs: &Runs, run: usize, _: &Aabb, stats: &mut Stats) {
+    fn directly_intersect(&mut self, runs: &Runs, run: usize, _: &Aabb, stats: &mut Stats) {
         let (ids, count) = runs.ids(run);
         ids[..count].iter().for_each(|&id| self.intersect(id, stats));
     }
@@ -322,6 +322,7 @@ fn beam(direction: DVec3, starts: &[DVec3]) -> Option<(Frustum, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::triangles::Triangles;
     use crate::options::{Options, Path};
     use crate::query::closest_hit;
     use crate::rays::film::{Film, GridFilm};

@@ -8,7 +8,6 @@
 //! 2011 (a given partition, such as the scene graph).
 
 use crate::geometry::aabb::Aabb;
-use crate::intersect::general::partition::Split;
 
 /// Whole runs of a group's order stay together.
 const RUN: usize = 64;
@@ -43,13 +42,12 @@ pub(crate) fn separates(bounds: &Aabb, boxes: &[Aabb; 2], counts: [usize; 2]) ->
     left + right <= COHERENT * (counts[0] + counts[1]) as f64 * area(bounds)
 }
 
-/// The order in space of two sides, of which the left one has `left` objects: along the axis on which their centres lie farthest
-/// apart.
-pub(crate) fn in_space(left: usize, boxes: &[Aabb; 2]) -> Split {
+/// The order in space of two sides: the axis along which their centres lie farthest apart, and whether they ascend along it.
+pub(crate) fn order(boxes: &[Aabb; 2]) -> (usize, bool) {
     let [one, other] = boxes.map(|bounds| bounds.centre());
     let apart = [0, 1, 2].map(|k| other[k] - one[k]);
     let axis = (0..3).fold(0, |most, k| if apart[k].abs() > apart[most].abs() { k } else { most });
-    Split { left, axis, ascending: apart[axis] >= 0.0, sampled: None }
+    (axis, apart[axis] >= 0.0)
 }
 
 #[cfg(test)]

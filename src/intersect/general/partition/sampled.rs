@@ -13,8 +13,7 @@
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::Triangles;
-use crate::intersect::general::active::{Active, partition};
-use crate::intersect::general::partition::{Sampled, Split};
+use crate::intersect::general::active::{Active, move_to_front};
 
 /// Rays from which on it pays to sample.
 const RAYS: usize = 1000;
@@ -26,6 +25,26 @@ const BINS: usize = 8;
 const BINNED: usize = 1 << 12;
 /// A side holds at least this part of the objects: the depth of the recursion is at most log(n)/log(16/15), 344 steps for 2³².
 const LEAST_PART: usize = 16;
+
+/// Two sides by cost.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SampledSplit {
+    /// How many objects are on the left side, which has the lesser coordinates.
+    pub(crate) left: usize,
+    pub(crate) axis: usize,
+    pub(crate) sampled: Sampled,
+    /// Rays that were sampled.
+    pub(crate) rays: usize,
+}
+
+/// What a sample of the active rays says about two sides.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sampled {
+    /// Whether so many rays meet the side that finding out which ones does not pay: left and right.
+    pub(crate) met_by_most: [bool; 2],
+    /// Whether most rays go towards greater coordinates on the axis.
+    pub(crate) most_ascend: bool,
+}
 
 /// The objects whose centres lie in one slice of the scene.
 #[derive(Debug, Clone, Copy)]
@@ -104,12 +123,8 @@ impl Binning {
     }
 }
 
-/// Divides objects by cost, and returns how many rays were sampled; `None` where rays are few, or no plane divides.
-pub(crate) fn split(
-    triangles: &Triangles<'_>,
-    rays: &[Active],
-    objects: &mut [u32],
-) -> Option<(Split, usize)> {
+/// Divides objects by cost, in place; `None` where rays are few, or no plane divides.
+pub(crate) fn split(triangles: &Triangles<'_>, rays: &[Active], objects: &mut [u32]) -> Option<SampledSplit> {
     if rays.len() <= RAYS {
         return None;
     }
@@ -118,7 +133,7 @@ pub(crate) fn split(
     let planes = (0..3).flat_map(|axis| binning.planes(axis, &sample));
     let Plane { axis, first, met, .. } = planes.min_by_key(|plane| plane.cost)?;
 
-    let left = partition(objects, |&id| binning.place(axis, triangles.bounds(id).centre()[axis]) < first);
+    let left = move_to_front(objects, |&id| binning.place(axis, triangles.bounds(id).centre()[axis]) < first);
     // Not all of them were binned.
     if left.min(objects.len() - left) * LEAST_PART < objects.len() {
         return None;
@@ -126,5 +141,5 @@ pub(crate) fn split(
     let ascending = sample.iter().filter(|active| active.slabs.ascends(axis)).count();
     let sampled =
         Sampled { met_by_most: met.map(|met| met * 2 > SAMPLE), most_ascend: ascending * 2 > SAMPLE };
-    Some((Split { left, axis, ascending: true, sampled: Some(sampled) }, SAMPLE))
+    Some(SampledSplit { left, axis, sampled, rays: SAMPLE })
 }

@@ -81,6 +81,11 @@ impl<'a> Halves<'a> {
         Some(halves)
     }
 
+    /// References to triangles in both lists.
+    pub(crate) fn references(&self) -> u64 {
+        self.lists.iter().map(|list| list.len() as u64).sum()
+    }
+
     fn bytes(&self) -> u64 {
         self.lists.iter().map(|list| (list.capacity() * size_of::<u32>()) as u64).sum()
     }
