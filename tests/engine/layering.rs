@@ -40,8 +40,8 @@ const LIBRARY: [&[&str]; 8] = [
     &["files"],
     &["scene"],
     &["surfaces"],
-    &["builtin", "formats"],
-    &["shadow"],
+    &["builtin"],
+    &["formats", "shadow"],
     &["render", "bake", "measure"],
 ];
 /// Files whose findings wait: the paths by origin and by direction, until beams take their place, and surfaces on demand.

@@ -22,7 +22,7 @@ use crate::intersect::irregular::sightings::CLUSTER;
 use crate::objects::gather;
 use crate::objects::morton::OnCurve;
 use crate::rays::origin::Origin;
-use crate::rays::projection::Plane;
+use crate::rays::projection::{EightSeen, Plane};
 use crate::rays::receiver::{Receiver, sample};
 use crate::simd::lanes::{LANES, Narrow};
 
@@ -113,48 +113,20 @@ impl OnCurve for LightGrid<'_> {
             *point = eight[lane.min(eight.len() - 1)].point;
         }
         let [x, y, z] = gather::transposed_points(simd, &points);
-        let ([right, up], face) = match self.light {
+        let seen = match self.light {
             Origin::Point(light) => {
                 let light = light.as_vec3();
-                from_point(simd, [x - light.x, y - light.y, z - light.z])
+                EightSeen::on_cube(simd, [x - light.x, y - light.y, z - light.z])
             }
-            Origin::Infinity(direction) => along(simd, [x, y, z], direction),
+            Origin::Infinity(direction) => EightSeen::along(simd, [x, y, z], direction),
         };
-        let faces = face.to_array();
+        // In range: 0 to 5.
+        let face = u32x8::truncate_from(seen.face);
+        let ([right, up], faces) = (seen.at, face.to_array());
         let x = self.cells(simd, 0, right, &faces);
         let y = self.cells(simd, 1, up, &faces);
         (spread(x) << 2 | spread(y) << 1 | face << FACE_SHIFT).to_array()
     }
-}
-
-/// Where vectors from a light are seen, and on which faces, as in [`crate::intersect::irregular::sightings`].
-#[inline(always)]
-fn from_point<S: Simd>(simd: S, [x, y, z]: [Narrow<S>; 3]) -> ([Narrow<S>; 2], u32x8<S>) {
-    let zero = Narrow::simd_from(simd, 0.0);
-    let (size_x, size_y, size_z) = (x.abs(), y.abs(), z.abs());
-    let is_x = size_x.simd_ge(size_y) & size_x.simd_ge(size_z);
-    let is_y = size_y.simd_ge(size_z);
-    let ahead = is_x.select(x, is_y.select(y, z));
-    let inverse = (zero + 1.0) / ahead.abs();
-    let right = is_x.select(y, is_y.select(z, x)) * inverse;
-    let up = is_x.select(z, is_y.select(x, y)) * inverse;
-    let number = |n: u32| u32x8::simd_from(simd, n);
-    let face = is_x.select(number(0), is_y.select(number(2), number(4)));
-    ([right, up], face | ahead.simd_lt(0.0).select(number(1), number(0)))
-}
-
-/// Where points are seen along a direction.
-#[inline(always)]
-fn along<S: Simd>(simd: S, points: [Narrow<S>; 3], direction: DVec3) -> ([Narrow<S>; 2], u32x8<S>) {
-    let plane = Plane::of(Origin::Infinity(direction), direction);
-    let [ahead, right, up] = plane.axes();
-    let place = |axis: DVec3| (axis - ahead * (direction.dot(axis) / direction.dot(ahead))).as_vec3();
-    let [x, y, z] = points;
-    let (right, up) = (place(right), place(up));
-    let right = x * right.x + y * right.y + z * right.z;
-    let up = x * up.x + y * up.y + z * up.z;
-    // In range: 0 to 5.
-    ([right, up], u32x8::simd_from(simd, plane.face() as u32))
 }
 
 /// Bit k of a number of 10 bits moves to bit 2k.

@@ -11,13 +11,12 @@
 //! Based on: Ned Greene, "Environment Mapping and Other Applications of World Projections", 1986 (cube maps).
 
 use fearless_simd::prelude::*;
-use glam::DVec3;
 
 use crate::objects::gather;
 use crate::rays::origin::Origin;
-use crate::rays::projection::Plane;
+use crate::rays::projection::EightSeen;
 use crate::rays::receiver::Receiver;
-use crate::simd::lanes::{LANES, LaneMask, Lanes, Narrow, Points, bits, narrow, widen};
+use crate::simd::lanes::{LANES, Lanes, Narrow, Points, bits, narrow, widen};
 
 /// Rounding a key to f32, with its own error of a few roundings of f64.
 const KEY_SLACK: f32 = 1.0 / (1 << 22) as f32;
@@ -46,14 +45,6 @@ pub(crate) struct Sightings {
     pub(crate) places: [u16; CLUSTER],
 }
 
-/// Eight receivers.
-struct Eight<S: Simd> {
-    at: [Lanes<S>; 2],
-    depth: Lanes<S>,
-    /// The number of the face, see [`Plane::face`].
-    face: Lanes<S>,
-}
-
 impl Sightings {
     /// None.
     pub(crate) fn new() -> Self {
@@ -73,7 +64,7 @@ impl Sightings {
         let mut first_face = Lanes::simd_from(simd, f64::INFINITY);
         let mut last_face = -first_face;
         for (index, eight) in ids.chunks(LANES).enumerate() {
-            let Eight { at, depth, face } = see_eight(simd, light, points_of(simd, receivers, eight));
+            let EightSeen { at, depth, face } = see_eight(simd, light, points_of(simd, receivers, eight));
             (first_face, last_face) = (first_face.min(face), last_face.max(face));
             let Some(only) = only else {
                 at[0].store_slice(&mut self.at[0][count..count + LANES]);
@@ -173,40 +164,12 @@ fn points_of<S: Simd>(simd: S, receivers: &[Receiver], ids: &[u32]) -> Points<S>
 
 /// Sees eight points.
 #[inline(always)]
-fn see_eight<S: Simd>(simd: S, light: Origin, points: Points<S>) -> Eight<S> {
+fn see_eight<S: Simd>(simd: S, light: Origin, points: Points<S>) -> EightSeen<Lanes<S>> {
     match light {
-        Origin::Point(light) => from_point(simd, points.minus(Points::splat(simd, light))),
-        Origin::Infinity(direction) => along(simd, points, direction),
+        Origin::Point(light) => {
+            let Points { x, y, z } = points.minus(Points::splat(simd, light));
+            EightSeen::on_cube(simd, [x, y, z])
+        }
+        Origin::Infinity(direction) => EightSeen::along(simd, [points.x, points.y, points.z], direction),
     }
-}
-
-/// Eight vectors from a light, on the faces of a cube.
-#[inline(always)]
-fn from_point<S: Simd>(simd: S, Points { x, y, z }: Points<S>) -> Eight<S> {
-    let zero = Lanes::simd_from(simd, 0.0);
-    let (size_x, size_y, size_z) = (x.abs(), y.abs(), z.abs());
-    // As in `Plane::of`: of equal components the first one counts.
-    let is_x = size_x.simd_ge(size_y) & size_x.simd_ge(size_z);
-    let is_y = size_y.simd_ge(size_z);
-    let ahead = is_x.select(x, is_y.select(y, z));
-    let right = is_x.select(y, is_y.select(z, x));
-    let up = is_x.select(z, is_y.select(x, y));
-    let inverse = (zero + 1.0) / ahead.abs();
-    // A receiver at the light is seen anywhere.
-    let seen: LaneMask<S> = ahead.abs().simd_gt(zero);
-    let at = [seen.select(right * inverse, zero), seen.select(up * inverse, zero)];
-    let face = is_x.select(zero, is_y.select(zero + 2.0, zero + 4.0));
-    let face = face + ahead.simd_lt(zero).select(zero + 1.0, zero);
-    Eight { at, depth: inverse, face }
-}
-
-/// Eight points along parallel rays.
-#[inline(always)]
-fn along<S: Simd>(simd: S, points: Points<S>, direction: DVec3) -> Eight<S> {
-    let plane = Plane::of(Origin::Infinity(direction), direction);
-    let [ahead, right, up] = plane.axes();
-    let depth = points.dot(ahead);
-    let slope = |axis: DVec3| direction.dot(axis) / direction.dot(ahead);
-    let at = [points.dot(right) - depth * slope(right), points.dot(up) - depth * slope(up)];
-    Eight { at, depth, face: Lanes::simd_from(simd, plane.face() as f64) }
 }
