@@ -42,9 +42,9 @@ counters! {
     triangles_set_up,
     /// Parts of blocks of rays, up to 8x8, that a triangle was tested with.
     blocks,
-    /// Pairs of a ray and a triangle whose edge functions were evaluated: the unit in which local statistics tell the work
-    /// ([`TileStats::samples_per_ray`], [`crate::query::frame::Frame::pairs`]). Bundles evaluate a group as eight triangles, whatever it holds; of
-    /// surfaces on demand those pairs count that rounded edge functions leave.
+    /// Pairs of a ray and a triangle whose edge functions were evaluated: the unit in which local statistics tell the
+    /// work ([`TileStats::samples_per_ray`], [`crate::query::frame::Frame::pairs`]). Bundles evaluate a leaf as eight
+    /// triangles, whatever it holds; of surfaces on demand those pairs count that rounded edge functions leave.
     samples_tested,
     /// Pairs whose coverage or order f32 could not decide on a grid film.
     doubtful_samples,
@@ -93,7 +93,8 @@ impl Stats {
         sum
     }
 
-    /// The sum of a query and the one after it, whose buffers take the place of the first's: of bytes the larger remain.
+    /// The sum of a query and the one after it, whose buffers take the place of the first's: of bytes the larger
+    /// remain.
     #[must_use]
     pub fn then(self, next: Self) -> Self {
         Self { engine_bytes: self.engine_bytes.max(next.engine_bytes), ..self.plus(next) }

@@ -20,10 +20,11 @@
 //! | [`directions`] | open rays of many receivers, direction by direction | cells of a grid across the direction | lists of triangles by cell | a cell | packets of eight receivers |
 //! | [`by_origin`] | open rays of eight receivers | masks of their directions | the runs | a run | edge functions of a direction for eight receivers |
 //!
-//! Which path answers is decided in [`crate::query::path`] alone. A path names no other, but [`general`] where its numbers end.
+//! Which path answers is decided in [`crate::query::path`] alone. A path names no other, but [`general`] where its
+//! numbers end.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011, Algorithm 1.
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011, Algorithm 1.
 
 pub(crate) mod bundle;
 pub(crate) mod by_origin;

@@ -1,16 +1,16 @@
 //! Orders triangles, or receivers, along a space-filling curve, in linear time.
 //!
-//! A triangle counts by its first corner. Cells of 32³ over the box of all positions are numbered along Lebesgue's (Morton's)
-//! curve. A counting sort, in parallel over chunks of the order given, brings the items into the order of cells; cells
-//! that hold many are sorted by finer cells of their own. Memory: 4 bytes per item for the permutation and
-//! 128 KiB per chunk; cells are computed twice instead of kept. For receivers see [`crate::intersect::irregular::order`] and
-//! [`crate::objects::point_order`].
+//! A triangle counts by its first corner. Cells of 32³ over the box of all positions are numbered along Lebesgue's
+//! (Morton's) curve. A counting sort, in parallel over chunks of the order given, brings the items into the order of
+//! cells; cells that hold many are sorted by finer cells of their own. Memory: 4 bytes per item for the permutation and
+//! 128 KiB per chunk; cells are computed twice instead of kept. For receivers see
+//! [`crate::intersect::irregular::order`] and [`crate::objects::point_order`].
 //!
 //! Until the end the permutation holds the finer cell above the bits of the id, as far as there is room: sorting a cell
 //! then reads nothing else. Up to 8 million items all nine bits fit.
 //!
-//! Reading the finer cells from the positions once more took as long as all the rest (koala, two threads: 1.4 of 2.9 ms),
-//! since neighbours on the curve are strangers in memory.
+//! Reading the finer cells from the positions once more took as long as all the rest (koala, two threads: 1.4 of 2.9
+//! ms), since neighbours on the curve are strangers in memory.
 //!
 //! The order changes time only, never a hit: (t, id) is a total order.
 //!

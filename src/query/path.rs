@@ -17,7 +17,7 @@ use crate::geometry::triangles::Triangles;
 use crate::intersect::bundle::stream::Objects;
 use crate::intersect::context::Context;
 use crate::intersect::irregular::shadow;
-use crate::intersect::ray_set::{Probes, Question};
+use crate::intersect::ray_set::{Question, RaySet};
 use crate::intersect::{directions, general};
 use crate::objects::runs::{Order, Runs};
 use crate::options::{Options, Partition, Path};
@@ -78,7 +78,7 @@ pub(crate) fn hits(
         }
         (_, path) => {
             (kept.hits, kept.tiles) = (Hits::missed(rays.len()), Vec::new());
-            let question = Question { triangles, probes: Probes::Rays(rays), any };
+            let question = Question { triangles, set: RaySet::Rays(rays), any };
             let answer = (&mut kept.hits, &mut kept.pairs[..]);
             match path {
                 Path::Pencil => in_bundles(question, level, answer),
@@ -97,7 +97,7 @@ pub(crate) fn blocked(
     let level = check_call(segments.len(), options)?;
     segments.iter().try_for_each(Segment::check)?;
     let mut hits = Hits::missed(segments.len());
-    let question = Question { triangles, probes: Probes::Segments(segments), any: true };
+    let question = Question { triangles, set: RaySet::Segments(segments), any: true };
     let stats = in_pool(|| match options.path {
         Path::Pencil => in_bundles(question, level, (&mut hits, &mut [])),
         Path::General => general::intersect_by(options.partition, question, (&mut hits, &mut [])),
@@ -124,7 +124,7 @@ pub(crate) fn shadowed(
         }
         Path::General => {
             let mut hits = Hits::missed(receivers.len());
-            let question = Question { triangles, probes: Probes::Shadows(light, receivers), any: true };
+            let question = Question { triangles, set: RaySet::Shadows(light, receivers), any: true };
             let stats = general::intersect_by(options.partition, question, (&mut hits, &mut []));
             (hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats)
         }
@@ -163,11 +163,11 @@ pub(crate) fn open_rays(
 
 /// Finds hits in bundles; ray by ray where numbers are too large or too small for bundles.
 fn in_bundles(question: Question<'_>, level: Level, (hits, pairs): (&mut Hits, &mut [u32])) -> Stats {
-    let Question { triangles, probes, any } = question;
+    let Question { triangles, set, any } = question;
     let objects = Objects::new(triangles, level);
-    let found = objects.and_then(|objects| objects.intersect(probes, any, (hits, pairs)));
+    let found = objects.and_then(|objects| objects.intersect(set, any, (hits, pairs)));
     found.unwrap_or_else(|| {
-        *hits = Hits::missed(probes.len());
+        *hits = Hits::missed(set.len());
         general::intersect_by(Partition::default(), question, (hits, pairs))
     })
 }

@@ -13,8 +13,8 @@ use crate::rays::hits::{Hits, Row};
 use crate::rays::pencil::Pencil;
 use crate::stats::{Stats, TileStats};
 
-/// Finds the nearest, or any, hit of each ray of a pencil, and counts the pairs of scattered rays unless there is no room for that.
-/// Returns what each tile has cost as well.
+/// Finds the nearest, or any, hit of each ray of a pencil, and counts the pairs of scattered rays unless there is no
+/// room for that. Returns what each tile has cost as well.
 pub(crate) fn intersect(
     context: Context<'_>,
     pencil: &Pencil,

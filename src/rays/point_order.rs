@@ -2,8 +2,8 @@
 //!
 //! Cells lie over what a sample of the receivers covers; what lies outside counts for the cells at the border.
 //!
-//! For one light alone this order is worse than the light's own, see [`crate::intersect::irregular::order`]: exact shadows took 1.1 (chess) to
-//! 1.65 (sponza) times as long. It is found once for all directions.
+//! For one light alone this order is worse than the light's own, see [`crate::intersect::irregular::order`]: exact
+//! shadows took 1.1 (chess) to 1.65 (sponza) times as long. It is found once for all directions.
 //!
 //! Based on: Guy Morton, "A Computer Oriented Geodetic Data Base", 1966.
 

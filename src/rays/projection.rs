@@ -1,11 +1,11 @@
 //! Where rays pierce a plane of coordinates.
 //!
-//! Rays from a point o pierce a face of a cube around o: with k the axis of the face and w = ±A_k, what lies at o + A, w > 0,
-//! is seen at (A_i, A_j)/w. Parallel rays pierce the plane of the coordinates i and j, where k is the axis of the largest
-//! component of D: what lies at p is seen at (p_i, p_j) − p_k·(D_i, D_j)/D_k.
+//! Rays from a point o pierce a face of a cube around o: with k the axis of the face and w = ±A_k, what lies at o + A,
+//! w > 0, is seen at (A_i, A_j)/w. Parallel rays pierce the plane of the coordinates i and j, where k is the axis of
+//! the largest component of D: what lies at p is seen at (p_i, p_j) − p_k·(D_i, D_j)/D_k.
 //!
-//! Eight at a time, in f64 where places count and in f32 where they only order: one by one took 330 instructions for each
-//! receiver of a light, a third of a query.
+//! Eight at a time, in f64 where places count and in f32 where they only order: one by one took 330 instructions for
+//! each receiver of a light, a third of a query.
 //!
 //! Based on: Ned Greene, "Environment Mapping and Other Applications of World Projections", 1986 (cube maps).
 

@@ -26,13 +26,13 @@ use crate::error::Error;
 use crate::geometry::triangles::{TriangleId, Triangles};
 use crate::intersect::context::Context;
 use crate::intersect::general;
+use crate::intersect::irregular::face_points::FacePoints;
+use crate::intersect::irregular::face_points::TILE_POINTS;
 use crate::intersect::irregular::order::LightGrid;
 use crate::intersect::irregular::packets::Packets;
 use crate::intersect::irregular::shadow::{FaceFilm, KEPT, block, start};
-use crate::intersect::irregular::sightings::CLUSTER;
-use crate::intersect::irregular::sightings::Sightings;
 use crate::intersect::pencil::leaf::{LeafDepth, Workspace, greatest_key};
-use crate::intersect::ray_set::{Probes, Question};
+use crate::intersect::ray_set::{Question, RaySet};
 use crate::objects::morton::{along_curve, bytes_for};
 use crate::objects::runs::{Order, Runs};
 use crate::options::{Options, Path};
@@ -104,7 +104,7 @@ struct Query<'a, S: OnDemand> {
 /// What a thread keeps from cluster to cluster.
 struct Scratch<'a, S: OnDemand> {
     work: Box<Workspace<Packets<'a>>>,
-    seen: Box<Sightings>,
+    seen: Box<FacePoints>,
     dicer: Dicer<'a, S>,
     stack: Vec<Item<S::Object>>,
     opened: Vec<Piece<S::Object>>,
@@ -127,7 +127,7 @@ impl<'a, S: OnDemand> Query<'a, S> {
         let shadowed: Vec<AtomicBool> = (0..count).map(|_| AtomicBool::new(false)).collect();
         let of_cluster = |scratch: &mut Scratch<'a, S>, ids: &[u32]| self.cluster(scratch, ids, &shadowed);
         // Of bytes the larger remain: those of a thread.
-        let clusters = order.par_chunks(CLUSTER).map_init(|| self.scratch(), of_cluster);
+        let clusters = order.par_chunks(TILE_POINTS).map_init(|| self.scratch(), of_cluster);
         let mut stats = clusters.try_reduce(Stats::default, |one, other| Ok(one.then(other)))?;
         let threads = stats.engine_bytes as usize * rayon::current_num_threads();
         let batches = (BATCH as u64 + (1 << (2 * GRID_BITS))) * rayon::current_num_threads() as u64;
@@ -140,7 +140,7 @@ impl<'a, S: OnDemand> Query<'a, S> {
     fn scratch(&self) -> Scratch<'a, S> {
         Scratch {
             work: Workspace::new(Packets::new(), KEPT),
-            seen: Box::new(Sightings::new()),
+            seen: Box::new(FacePoints::new()),
             dicer: Dicer::new(self.surfaces, self.density, self.dicing),
             stack: Vec::new(),
             opened: Vec::new(),
@@ -156,7 +156,7 @@ impl<'a, S: OnDemand> Query<'a, S> {
         shadowed: &[AtomicBool],
     ) -> Result<Stats, Error> {
         let (light, receivers) = (self.light, self.receivers);
-        let see = |seen: &mut Sightings, face| dispatch!(self.level, simd => seen.see(simd, light, (receivers, ids), face));
+        let see = |seen: &mut FacePoints, face| dispatch!(self.level, simd => seen.see(simd, light, (receivers, ids), face));
         let [first, last] = see(&mut scratch.seen, None);
         let mut stats = Stats::default();
         for face in first..=last {
@@ -270,8 +270,8 @@ impl<'a, S: OnDemand> Query<'a, S> {
     fn one_by_one(&self, triangles: &Triangles<'_>, ids: &[u32], shadowed: &[AtomicBool]) -> Stats {
         let receivers: Vec<Receiver> = ids.iter().map(|&id| self.receivers[id as usize]).collect();
         let mut hits = Hits::missed(ids.len());
-        let probes = Probes::Shadows(self.light, &receivers);
-        let stats = general::intersect(Question { triangles, probes, any: true }, &mut hits);
+        let set = RaySet::Shadows(self.light, &receivers);
+        let stats = general::intersect(Question { triangles, set, any: true }, &mut hits);
         for (&id, _) in ids.iter().zip(&hits.ids).filter(|(_, hit)| **hit != NO_TRIANGLE) {
             shadowed[id as usize].store(true, Ordering::Relaxed);
         }
@@ -282,7 +282,7 @@ impl<'a, S: OnDemand> Query<'a, S> {
 impl<S: OnDemand> Scratch<'_, S> {
     fn bytes(&self) -> usize {
         Workspace::<Packets<'_>>::bytes(KEPT)
-            + size_of::<Sightings>()
+            + size_of::<FacePoints>()
             + self.dicer.bytes()
             + self.stack.capacity() * size_of::<Item<S::Object>>()
             + self.opened.capacity() * size_of::<Piece<S::Object>>()

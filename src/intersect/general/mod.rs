@@ -10,17 +10,18 @@
 //!           phase 2   intersect(L-first rays, R) and intersect(R-first rays, L) in parallel
 //! ```
 //!
-//! Each phase touches every ray and every object once, so both halves run in parallel without locks, copies or atomics, and
-//! every ray sees its near side first. Rays and objects are permuted in place: 88 bytes per ray, 4 per object. Voxels
-//! need lists of their own.
+//! Each phase touches every ray and every object once, so both halves run in parallel without locks, copies or atomics,
+//! and every ray sees its near side first. Rays and objects are permuted in place: 88 bytes per ray, 4 per object.
+//! Voxels need lists of their own.
 //!
-//! Termination: testing all of r·o pairs is taken to cost no more than one more step when r·o·T ≤ 2rB + oS, with T, B and S
-//! the costs of a pair, of a ray against a box and of moving an object. Their ratios 3 : 2 : 4 are estimates from operation
-//! counts, and change time only: 3 : 1 : 8 has 1 % fewer instructions on sponza and 5 % more on koala, 3 : 2 : 2 has 6 and 7 % more,
-//! 3 : 2 : 16 1 and 34 % (10,000 diffuse-bounce rays, counted by callgrind).
+//! Termination: testing all of r·o pairs is taken to cost no more than one more step when r·o·T ≤ 2rB + oS, with T, B
+//! and S the costs of a pair, of a ray against a box and of moving an object. Their ratios 3 : 2 : 4 are estimates from
+//! operation counts, and change time only: 3 : 1 : 8 has 1 % fewer instructions on sponza and 5 % more on koala, 3 : 2
+//! : 2 has 6 and 7 % more, 3 : 2 : 16 1 and 34 % (10,000 diffuse-bounce rays, counted by callgrind).
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011, Algorithm 1; Benjamin Mora, "Naive Ray-Tracing: A Divide-and-Conquer Approach", 2011 (streaming in place).
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011, Algorithm 1; Benjamin Mora, "Naive Ray-Tracing: A Divide-and-Conquer Approach", 2011 (streaming in
+//! place).
 
 pub(crate) mod active;
 pub(crate) mod partition;
@@ -81,14 +82,14 @@ fn intersect_down_to(
     question: Question<'_>,
     (hits, pairs): (&mut Hits, &mut [u32]),
 ) -> Stats {
-    let Question { triangles, probes, any } = question;
+    let Question { triangles, set, any } = question;
     // In range: both counts fit u32.
     let mut objects: Vec<u32> = (0..triangles.len() as u32).collect();
     let start = |index| {
-        let ray = probes.ray(index);
+        let ray = set.ray(index);
         Active { slabs: Slabs::new(&ray), nearest: Nearest::none(ray.t_max), ray: index, tested: 0 }
     };
-    let mut active: Vec<Active> = (0..probes.len() as u32).map(start).collect();
+    let mut active: Vec<Active> = (0..set.len() as u32).map(start).collect();
     let bytes = objects.capacity() * size_of::<u32>() + active.capacity() * size_of::<Active>();
 
     let ledger = &Ledger::default();
@@ -106,7 +107,7 @@ fn intersect_down_to(
             hits.ids[ray as usize] = nearest.id;
             if !any {
                 hits.ts[ray as usize] =
-                    Distance::new(&probes.ray(ray), &triangles.triangle(nearest.id)).rounded();
+                    Distance::new(&set.ray(ray), &triangles.triangle(nearest.id)).rounded();
             }
         }
     }
@@ -195,10 +196,10 @@ impl Recursion<'_> {
 
     /// "DirectlyIntersect": all pairs.
     fn directly_intersect(&self, rays: &mut [Active], objects: &[u32]) -> Stats {
-        let Question { triangles, probes, any } = self.question;
+        let Question { triangles, set, any } = self.question;
         let mut stats = Stats { triangles_set_up: objects.len() as u64, ..Stats::default() };
         for active in rays {
-            let (ray, before) = (probes.ray(active.ray), stats.samples_tested);
+            let (ray, before) = (set.ray(active.ray), stats.samples_tested);
             for &id in objects {
                 if any && active.nearest.is_hit() {
                     break;
@@ -208,7 +209,7 @@ impl Recursion<'_> {
                     continue;
                 }
                 stats.samples_tested += 1;
-                probes.test((active.ray, &ray), id, triangles, &mut active.nearest, &mut stats);
+                set.test((active.ray, &ray), id, triangles, &mut active.nearest, &mut stats);
             }
             // In range: there are fewer than 2³² objects.
             active.tested = active.tested.saturating_add((stats.samples_tested - before) as u32);
@@ -224,7 +225,7 @@ mod tests {
     use super::*;
     use crate::geometry::ray::Ray;
     use crate::geometry::triangles::Triangles;
-    use crate::intersect::ray_set::Probes;
+    use crate::intersect::ray_set::RaySet;
     use crate::rays::pencil::Rays;
 
     /// Where the recursion ends changes no bit of a hit: from leaves that hold everything to leaves of two triangles.
@@ -237,10 +238,10 @@ mod tests {
         let indices: Vec<[u32; 3]> = (0..300).map(|k| [0, 1, 2].map(|j| 3 * k + j)).collect();
         let triangles = Triangles::new(&positions, &indices).expect("finite");
         let rays: Vec<Ray> = (0..500).map(|k| Ray::new(point(9000 + k), point(20_000 + k))).collect();
-        let probes = Probes::Rays(Rays::General(&rays));
+        let set = RaySet::Rays(Rays::General(&rays));
         let hits = |pair_cost: usize, partition: Partition| {
             let mut hits = Hits::missed(rays.len());
-            let question = Question { triangles: &triangles, probes, any: false };
+            let question = Question { triangles: &triangles, set, any: false };
             let stats = intersect_down_to(pair_cost, partition, question, (&mut hits, &mut []));
             (hits, stats.nodes)
         };

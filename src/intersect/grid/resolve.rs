@@ -1,8 +1,8 @@
 //! Ids and distances of a tile's rays, at its end.
 //!
-//! A ray refers to a record, which gives its key in f64 as a function of column and row; the distance is 1/key, or −key at
-//! infinity. Rays of a row that share a record are done together. Where the key's error leaves doubt about the nearest f32,
-//! the exact stage rounds.
+//! A ray refers to a record, which gives its key in f64 as a function of column and row; the distance is 1/key, or −key
+//! at infinity. Rays of a row that share a record are done together. Where the key's error leaves doubt about the
+//! nearest f32, the exact stage rounds.
 //!
 //! Based on: Michael Deering et al., "The Triangle Processor and Normal Vector Shader", 1988 (deferred evaluation).
 

@@ -1,16 +1,18 @@
-//! The last step of the leaf: a triangle that was set up against the rays of a tile, block by block (8x8 rays), row by row.
+//! The last step of the leaf: a triangle that was set up against the rays of a tile, block by block (8x8 rays), row by
+//! row.
 //!
-//! Triangles of at most eight columns go straight to the rows. For others a row of eight blocks is looked at together: blocks
-//! on which an edge function is negative are dropped, so are those where the triangle lies behind all that they have hit,
-//! and where all edge functions are positive they are not evaluated again. Where the bound of f32 leaves doubt about a
-//! ray, the exact stage decides: it asks f64 first.
+//! Triangles of at most eight columns go straight to the rows. For others a row of eight blocks is looked at together:
+//! blocks on which an edge function is negative are dropped, so are those where the triangle lies behind all that they
+//! have hit, and where all edge functions are positive they are not evaluated again. Where the bound of f32 leaves
+//! doubt about a ray, the exact stage decides: it asks f64 first.
 //!
-//! The rows are f32: on fourteen real scenes 0.015 % of the samples are left in doubt, and eight rays fit one register of
-//! AVX2. Rows of f64 took twice as many instructions for a frame (koala: 308 million with them and what else was new since,
-//! now 131). Keys of f64 kept per ray were written with masked stores, 7 % of the time on sponza: hits refer to records now.
+//! The rows are f32: on fourteen real scenes 0.015 % of the samples are left in doubt, and eight rays fit one register
+//! of AVX2. Rows of f64 took twice as many instructions for a frame (koala: 308 million with them and what else was new
+//! since, now 131). Keys of f64 kept per ray were written with masked stores, 7 % of the time on sponza: hits refer to
+//! records now.
 //!
-//! Tried and dropped: small triangles side by side, the lanes being triangles instead of rays. Their hits must be kept one by
-//! one: 2 % fewer instructions for a million triangles, 2 % more on koala, whichever size counted as small.
+//! Tried and dropped: small triangles side by side, the lanes being triangles instead of rays. Their hits must be kept
+//! one by one: 2 % fewer instructions for a million triangles, 2 % more on koala, whichever size counted as small.
 //!
 //! Based on: Juan Pineda, "A Parallel Algorithm for Polygon Rasterization", 1988 (edge functions); Ned Greene,
 //! "Hierarchical Polygon Tiling with Coverage Masks", 1996.
@@ -72,7 +74,8 @@ struct OnColumns<S: Simd> {
 }
 
 impl<S: Simd> OnColumns<S> {
-    /// On the columns from `x` on. No closures over vectors: they would lose the instruction set and be called, not inlined.
+    /// On the columns from `x` on. No closures over vectors: they would lose the instruction set and be called, not
+    /// inlined.
     #[inline(always)]
     fn new(simd: S, setups: &Setups, lane: usize, x: u32) -> Self {
         let columns = Narrow::load_array(simd, COLUMNS) + x as f32;
@@ -185,8 +188,8 @@ impl Tile<'_, TileDepth> {
         hit
     }
 
-    /// Of some blocks of a row of blocks: those that a triangle may meet, given its lane and an upper bound of its keys, and
-    /// those on which all rays are inside.
+    /// Of some blocks of a row of blocks: those that a triangle may meet, given its lane and an upper bound of its
+    /// keys, and those on which all rays are inside.
     #[inline(always)]
     fn classify<S: Simd>(&self, simd: S, (lane, greatest): (usize, f32), by: u32, blocks: u64) -> (u64, u64) {
         let lane = lane % LANES;
@@ -208,8 +211,8 @@ impl Tile<'_, TileDepth> {
         (met, inside & met)
     }
 
-    /// Tests one triangle against eight columns of some rows of rays, all of them `INSIDE` its edges or not; tells whether
-    /// any of them hit it.
+    /// Tests one triangle against eight columns of some rows of rays, all of them `INSIDE` its edges or not; tells
+    /// whether any of them hit it.
     #[inline(always)]
     fn intersect_rows<S: Simd, const INSIDE: bool>(
         &mut self,

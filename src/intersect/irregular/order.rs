@@ -1,24 +1,24 @@
-//! The order of receivers as a light sees them: by the faces of a cube around it, or on the plane across its rays, along
-//! Lebesgue's (Morton's) curve.
+//! The order of receivers as a light sees them: by the faces of a cube around it, or on the plane across its rays,
+//! along Lebesgue's (Morton's) curve.
 //!
-//! Receivers that follow each other then share the triangles that may block them, whatever order they were given in. Cells lie
-//! over what a sample of the receivers covers on each face; what lies outside counts for the cells at the border. f32 is fine
-//! enough: the order changes time only.
+//! Receivers that follow each other then share the triangles that may block them, whatever order they were given in.
+//! Cells lie over what a sample of the receivers covers on each face; what lies outside counts for the cells at the
+//! border. f32 is fine enough: the order changes time only.
 //!
-//! Ordering takes a fifth to a third of a query. In the order of a picture's tiles instead, a cluster spans whatever lies
-//! side by side in the picture: 51 % more instructions on chess and 21 % on koala; 2 % fewer on sponza and 10 % on mines,
-//! where one surface fills many a tile. The areas that clusters cover did not tell these scenes apart. Ordering packets of
-//! eight neighbours by their first takes an eighth of the time, but a packet across a silhouette widens the film of its
-//! cluster: 1.2 (mines) to 3.2 (chess) times the instructions in all.
+//! Ordering takes a fifth to a third of a query. In the order of a picture's tiles instead, a tile of receivers spans
+//! whatever lies side by side in the picture: 51 % more instructions on chess and 21 % on koala; 2 % fewer on sponza
+//! and 10 % on mines, where one surface fills many a tile. The areas that tiles cover did not tell these scenes apart.
+//! Ordering packets of eight neighbours by their first takes an eighth of the time, but a packet across a silhouette
+//! widens the film of its tile: 1.2 (mines) to 3.2 (chess) times the instructions in all.
 //!
-//! Based on: Guy Morton, "A Computer Oriented Geodetic Data Base", 1966; Gregory Johnson et al., "The Irregular Z-Buffer",
-//! 2005 (points sorted in the light's space).
+//! Based on: Guy Morton, "A Computer Oriented Geodetic Data Base", 1966; Gregory Johnson et al., "The Irregular
+//! Z-Buffer", 2005 (points sorted in the light's space).
 
 use fearless_simd::{prelude::*, u32x8};
 use glam::DVec3;
 
 use crate::geometry::aabb::{Aabb, widen};
-use crate::intersect::irregular::sightings::CLUSTER;
+use crate::intersect::irregular::face_points::TILE_POINTS;
 use crate::objects::gather;
 use crate::objects::morton::OnCurve;
 use crate::rays::origin::Origin;
@@ -28,14 +28,14 @@ use crate::simd::lanes::{LANES, Narrow};
 
 /// Receivers that are looked at to find what they cover.
 const SAMPLED: usize = 4096;
-/// Bits of a cell's number on its face, per axis, finer cells included. A bit that is always zero and three for the face
-/// make it as long as it may be.
+/// Bits of a cell's number on its face, per axis, finer cells included. A bit that is always zero and three for the
+/// face make it as long as it may be.
 const AXIS_BITS: u32 = 10;
 const FACE_SHIFT: u32 = 2 * AXIS_BITS + 1;
 /// Faces of a cube.
 const FACES: usize = 6;
-/// A light that is farther away than this many times the size of the receivers' box counts as a direction: differences of
-/// f32 would not tell the receivers apart.
+/// A light that is farther away than this many times the size of the receivers' box counts as a direction: differences
+/// of f32 would not tell the receivers apart.
 const FAR: f64 = 1000.0;
 
 /// Receivers in the light's space.
@@ -101,8 +101,8 @@ fn or_direction(light: Origin, bounds: &Aabb) -> Origin {
 }
 
 impl OnCurve for LightGrid<'_> {
-    /// A cluster has several cells, or parts of one.
-    const FEW: usize = CLUSTER / 2;
+    /// A tile has several cells, or parts of one.
+    const FEW: usize = TILE_POINTS / 2;
 
     #[inline(always)]
     fn places<S: Simd>(&self, simd: S, first: u32) -> [u32; LANES] {

@@ -1,8 +1,9 @@
-//! Clusters of receivers: points that a light sees next to each other, on a film of their own around them.
+//! Tiles of receivers: points that a light sees next to each other, on a film of their own around them.
 //!
-//! The points are ordered along a curve, see [`crate::intersect::irregular::order`], and seen from the light on the faces of a cube around it, or along its rays on the plane of two coordinates,
-//! see [`Plane`]. Those of a cluster that share a face get a film of 64x64 columns and rows that just holds them, and the light's
-//! pencil over that film goes through the same recursion as a tile of pixels. Nothing is kept per point but its answer.
+//! The points are ordered along a curve, see [`crate::intersect::irregular::order`], and seen from the light on the
+//! faces of a cube around it, or along its rays on the plane of two coordinates, see [`Plane`]. Those of a tile that
+//! share a face get a film of 64x64 columns and rows that just holds them, and the light's pencil over that film goes
+//! through the same recursion as a tile of pixels. Nothing is kept per point but its answer.
 //!
 //! A film is at least 2⁻²⁰ of the coordinates wide, so that a column errs by less than 2⁻²⁴. A point's own column is
 //! rounded to f32: another 2⁻¹⁹. See [`crate::intersect::pencil::setup`] for what pays for that.
@@ -19,14 +20,14 @@ use rayon::prelude::*;
 
 use crate::intersect::context::Context;
 use crate::intersect::general;
+use crate::intersect::irregular::face_points::{FacePoints, TILE_POINTS, ToTile};
 use crate::intersect::irregular::order::LightGrid;
 use crate::intersect::irregular::packets::Packets;
-use crate::intersect::irregular::sightings::{CLUSTER, Sightings, ToTile};
 use crate::intersect::pencil::intersect_objects;
 use crate::intersect::pencil::leaf::{FilmQuery, Tile, Workspace};
 use crate::intersect::pencil::rect::{Rect, TILE_SIDE};
 use crate::intersect::pencil::viewport::Viewport;
-use crate::intersect::ray_set::{Probes, Question};
+use crate::intersect::ray_set::{Question, RaySet};
 use crate::objects::morton::{along_curve, bytes_for};
 use crate::objects::runs::Runs;
 use crate::rays::film::{GridFilm, Sampling};
@@ -45,7 +46,7 @@ const FILM_REACH: f64 = (TILE_SIDE - 2) as f64;
 /// Runs whose footprints are kept: each is met once by a film.
 pub(crate) const KEPT: usize = 1;
 
-/// What all clusters share.
+/// What all tiles share.
 #[derive(Debug, Clone, Copy)]
 struct ShadowQuery<'a> {
     context: Context<'a>,
@@ -54,18 +55,18 @@ struct ShadowQuery<'a> {
     runs: &'a Runs,
 }
 
-/// What a thread keeps from cluster to cluster.
+/// What a thread keeps from tile to tile.
 struct Scratch<'a> {
     work: Box<Workspace<Packets<'a>>>,
-    seen: Box<Sightings>,
+    seen: Box<FacePoints>,
 }
 
 impl Scratch<'_> {
     /// Bytes of it.
-    const BYTES: usize = Workspace::<Packets<'_>>::bytes(KEPT) + size_of::<Sightings>() + size_of::<Self>();
+    const BYTES: usize = Workspace::<Packets<'_>>::bytes(KEPT) + size_of::<FacePoints>() + size_of::<Self>();
 
     fn new() -> Self {
-        Self { work: Workspace::new(Packets::new(), KEPT), seen: Box::new(Sightings::new()) }
+        Self { work: Workspace::new(Packets::new(), KEPT), seen: Box::new(FacePoints::new()) }
     }
 }
 
@@ -79,9 +80,9 @@ pub(crate) fn shadowed<'a>(
     let query = ShadowQuery { context, light, receivers, runs };
     let order = along_curve(&LightGrid::new(light, receivers), receivers.len(), context.level);
     let shadowed: Vec<AtomicBool> = (0..receivers.len()).map(|_| AtomicBool::new(false)).collect();
-    let of_cluster = |scratch: &mut Scratch<'a>, ids: &[u32]| query.cluster(scratch, ids, &shadowed);
+    let of_tile = |scratch: &mut Scratch<'a>, ids: &[u32]| query.tile(scratch, ids, &shadowed);
     let mut stats =
-        order.par_chunks(CLUSTER).map_init(Scratch::new, of_cluster).reduce(Stats::default, Stats::plus);
+        order.par_chunks(TILE_POINTS).map_init(Scratch::new, of_tile).reduce(Stats::default, Stats::plus);
     let threads = rayon::current_num_threads() * Scratch::BYTES;
     let bytes = runs.bytes() + threads + order.capacity() * size_of::<u32>() + stats.engine_bytes as usize;
     stats.engine_bytes =
@@ -90,8 +91,8 @@ pub(crate) fn shadowed<'a>(
 }
 
 impl<'a> ShadowQuery<'a> {
-    /// Finds which receivers of a cluster are in shadow. Each has its own place among the answers.
-    fn cluster(self, scratch: &mut Scratch<'a>, ids: &[u32], shadowed: &[AtomicBool]) -> Stats {
+    /// Finds which receivers of a tile are in shadow. Each has its own place among the answers.
+    fn tile(self, scratch: &mut Scratch<'a>, ids: &[u32], shadowed: &[AtomicBool]) -> Stats {
         let Self { light, receivers, context: Context { level, .. }, .. } = self;
         let seen = &mut scratch.seen;
         let [first, last] = dispatch!(level, simd => seen.see(simd, light, (receivers, ids), None));
@@ -136,9 +137,9 @@ impl<'a> ShadowQuery<'a> {
     #[cold]
     fn alone(self, receiver: &Receiver, stats: &mut Stats) -> bool {
         let mut hits = Hits::missed(1);
-        let probes = Probes::Shadows(self.light, std::slice::from_ref(receiver));
+        let set = RaySet::Shadows(self.light, std::slice::from_ref(receiver));
         *stats = stats.plus(general::intersect(
-            Question { triangles: self.context.triangles, probes, any: true },
+            Question { triangles: self.context.triangles, set, any: true },
             &mut hits,
         ));
         hits.ids[0] != NO_TRIANGLE
@@ -175,8 +176,8 @@ pub(crate) struct FaceFilm {
 }
 
 impl FaceFilm {
-    /// The film around what is seen on a plane, given the depth of a point and the greatest. `None` where rounding leaves
-    /// none.
+    /// The film around what is seen on a plane, given the depth of a point and the greatest. `None` where rounding
+    /// leaves none.
     pub(crate) fn around(
         light: Origin,
         plane: Plane,

@@ -1,16 +1,17 @@
 //! The leaf of films, "DirectlyIntersect": a run of triangles against the rays of a tile.
 //!
 //! 1. Project the corners of the run to columns and rows, unless a neighbouring tile has done so, see
-//!    [`crate::intersect::pencil::screen_bounds`]; drop triangles that fall between or beside the rays or lie behind all that they have hit.
+//!    [`crate::intersect::pencil::screen_bounds`]; drop triangles that fall between or beside the rays or lie behind
+//!    all that they have hit.
 //! 2. What is left waits until there are eight triangles.
-//! 3. Set them up, see [`crate::intersect::pencil::setup`], and evaluate them: see [`crate::intersect::grid::rows`] for pixels, [`crate::intersect::irregular::packets`] for
-//!    receivers.
+//! 3. Set them up, see [`crate::intersect::pencil::setup`], and evaluate them: see [`crate::intersect::grid::rows`] for
+//!    pixels, [`crate::intersect::irregular::packets`] for receivers.
 //!
-//! Tried and dropped: putting off triangles seen from behind to the end of a tile, when most are hidden. 13 % fewer set-ups
-//! on koala, 7 % on chess, none on sponza; no time gained, as runs are met from near to far anyway.
+//! Tried and dropped: putting off triangles seen from behind to the end of a tile, when most are hidden. 13 % fewer
+//! set-ups on koala, 7 % on chess, none on sponza; no time gained, as runs are met from near to far anyway.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011 ("DirectlyIntersect").
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011 ("DirectlyIntersect").
 
 use std::mem::size_of;
 
@@ -48,15 +49,15 @@ pub(crate) trait LeafDepth: Sized {
     /// Whether something whose keys are at most `key` is hidden from all rays.
     fn hides(&self, key: f64) -> bool;
 
-    /// Which parts of the rays something in a rectangle may meet, as bits; none, where it is hidden from all of them. Its
-    /// keys are at most `key`.
+    /// Which parts of the rays something in a rectangle may meet, as bits; none, where it is hidden from all of them.
+    /// Its keys are at most `key`.
     fn meets<S: Simd>(&self, simd: S, rect: Rect, key: f32) -> u64;
 
     /// Brings up to date what hides things.
     fn refresh<S: Simd>(&mut self, simd: S);
 
-    /// Tests one triangle, set up in a lane, against a rectangle of rays and the parts that it may meet; its keys are at
-    /// most `greatest`.
+    /// Tests one triangle, set up in a lane, against a rectangle of rays and the parts that it may meet; its keys are
+    /// at most `greatest`.
     fn rasterize<S: Simd>(
         tile: &mut Tile<'_, Self>,
         simd: S,
@@ -105,7 +106,8 @@ impl<D> Workspace<D> {
         self.footprints.forget();
     }
 
-    /// Readies the workspace for other triangles, of which there is one at least: lanes that wait for none name old ones.
+    /// Readies the workspace for other triangles, of which there is one at least: lanes that wait for none name old
+    /// ones.
     pub(crate) fn forget_triangles(&mut self) {
         self.waiting.ids = [0; LANES];
     }
@@ -138,7 +140,8 @@ pub(crate) struct Tile<'a, D> {
 }
 
 impl<'a, D: LeafDepth> Tile<'a, D> {
-    /// A tile of at most [`crate::intersect::pencil::rect::TILE_SIDE`] columns and rows of rays that start at t-coordinates `start`.
+    /// A tile of at most [`crate::intersect::pencil::rect::TILE_SIDE`] columns and rows of rays that start at
+    /// t-coordinates `start`.
     pub(crate) fn new(query: FilmQuery<'a>, rect: Rect, start: Interval, work: &'a mut Workspace<D>) -> Self {
         let Viewport { film, origin, projection, sampling, .. } = query.view;
         let x = Interval { lo: film.x(rect.x0), hi: film.x(rect.x1 - 1) };

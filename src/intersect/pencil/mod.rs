@@ -7,11 +7,11 @@
 //!         a run of triangles: directly intersect.   more objects: intersect(rays, part)
 //! ```
 //!
-//! Rays are split first: a tile's depth buffer then fits a cache, and halves share nothing, so no lock is needed. A common
-//! origin gives a true order from front to back; with the farthest hit of the tile it drops what is hidden.
+//! Rays are split first: a tile's depth buffer then fits a cache, and halves share nothing, so no lock is needed. A
+//! common origin gives a true order from front to back; with the farthest hit of the tile it drops what is hidden.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011, Algorithm 1.
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011, Algorithm 1.
 
 pub(crate) mod leaf;
 pub(crate) mod rect;

@@ -1,11 +1,12 @@
 //! The leaf of scattered films: rays anywhere, kept in clusters along a space-filling curve.
 //!
-//! Directions from a point are sorted by cube face and, on the face, along Morton's curve; start points of parallel rays
-//! along that curve in the plane across their direction. A cluster of consecutive rays on one face is bounded by a frustum,
-//! and runs through the same recursion as a tile. With a cone around directions instead, 1.6 times as many nodes are visited
-//! and a query takes 1.3 to 1.7 times as long, since a cone meets the ball around a box.
+//! Directions from a point are sorted by cube face and, on the face, along Morton's curve; start points of parallel
+//! rays along that curve in the plane across their direction. A cluster of consecutive rays on one face is bounded by a
+//! frustum, and runs through the same recursion as a tile. With a cone around directions instead, 1.6 times as many
+//! nodes are visited and a query takes 1.3 to 1.7 times as long, since a cone meets the ball around a box.
 //!
-//! Edge functions are evaluated in space, see [`crate::intersect::scattered::space_setup`], for the rays that [`crate::intersect::irregular::projection`] leaves.
+//! Edge functions are evaluated in space, see [`crate::intersect::scattered::space_setup`], for the rays that
+//! [`crate::intersect::irregular::projection`] leaves.
 //!
 //! Based on: Gregory Johnson et al., "The Irregular Z-Buffer", 2005; Chris Wyman, Rama Hoetzlein, Aaron Lefohn,
 //! "Frustum-Traced Raster Shadows", 2015.

@@ -1,14 +1,15 @@
-//! Dividing objects by their centres at the middle of the longest side of their box; at the median where that is lopsided.
+//! Dividing objects by their centres at the middle of the longest side of their box; at the median where that is
+//! lopsided.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011 (the middle of the longest side).
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011 (the middle of the longest side).
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::Triangles;
 use crate::intersect::general::active::move_to_front;
 
-/// A split with less than this part of the objects on one side is made at the median instead. The depth of the recursion
-/// is at most log(n)/log(8/7), 166 steps for 2³² objects: any stack holds that.
+/// A split with less than this part of the objects on one side is made at the median instead. The depth of the
+/// recursion is at most log(n)/log(8/7), 166 steps for 2³² objects: any stack holds that.
 const LOPSIDED: usize = 8;
 
 /// Divides objects in place. Returns how many are on the left side, and the axis.

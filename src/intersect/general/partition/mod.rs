@@ -11,9 +11,9 @@
 //!
 //! Hits are ordered by (t, id), which is total: the order of work, and testing a pair twice, change no hit.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011; Kosuke Nabata, Kei Iwasaki, Yoshinori Dobashi, Tomoyuki Nishita, "Efficient Divide-And-Conquer Ray Tracing using
-//! Ray Sampling", 2013.
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011; Kosuke Nabata, Kei Iwasaki, Yoshinori Dobashi, Tomoyuki Nishita, "Efficient Divide-And-Conquer Ray
+//! Tracing using Ray Sampling", 2013.
 
 pub(crate) mod given;
 pub(crate) mod middle;

@@ -1,15 +1,16 @@
 //! The cost-driven partition: a sample of the active rays says what each split would cost.
 //!
-//! Centres fall into bins along each axis. A sampled ray is tested against the boxes of the bins, so that it meets the left
-//! side of a plane if it meets any bin left of it. With αL and αR the parts of the sample that meet the sides, and nL and nR
-//! their objects, the split with the least r(αL·nL + αR·nR), the number of pairs, is taken. Where α > ½, finding out which rays
-//! meet that side saves less than it costs and is left out; the sampled majority says which side comes first.
+//! Centres fall into bins along each axis. A sampled ray is tested against the boxes of the bins, so that it meets the
+//! left side of a plane if it meets any bin left of it. With αL and αR the parts of the sample that meet the sides, and
+//! nL and nR their objects, the split with the least r(αL·nL + αR·nR), the number of pairs, is taken. Where α > ½,
+//! finding out which rays meet that side saves less than it costs and is left out; the sampled majority says which side
+//! comes first.
 //!
 //! Of many objects a few thousand fall into bins: all of them cost more than better planes gained.
 //!
-//! Based on: Kosuke Nabata, Kei Iwasaki, Yoshinori Dobashi, Tomoyuki Nishita, "Efficient Divide-And-Conquer Ray Tracing using
-//! Ray Sampling", 2013; Benjamin Mora, "Naive Ray-Tracing: A Divide-and-Conquer Approach", 2011 (planes from a part of the
-//! objects).
+//! Based on: Kosuke Nabata, Kei Iwasaki, Yoshinori Dobashi, Tomoyuki Nishita, "Efficient Divide-And-Conquer Ray Tracing
+//! using Ray Sampling", 2013; Benjamin Mora, "Naive Ray-Tracing: A Divide-and-Conquer Approach", 2011 (planes from a
+//! part of the objects).
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::Triangles;
@@ -23,7 +24,8 @@ const SAMPLE: usize = 100;
 const BINS: usize = 8;
 /// Objects that fall into bins: of more, every so manieth.
 const BINNED: usize = 1 << 12;
-/// A side holds at least this part of the objects: the depth of the recursion is at most log(n)/log(16/15), 344 steps for 2³².
+/// A side holds at least this part of the objects: the depth of the recursion is at most log(n)/log(16/15), 344 steps
+/// for 2³².
 const LEAST_PART: usize = 16;
 
 /// Two sides by cost.

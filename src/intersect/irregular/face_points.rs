@@ -1,12 +1,9 @@
-//! Receivers as a light sees them: where its rays pierce the faces of a cube around it, or the plane of two coordinates.
+//! Receivers as a light sees them: where its rays pierce the faces of a cube around it, or the plane of two
+//! coordinates.
 //!
-//! From a light at l the point at l + A, with k the axis of the largest component of A and w = |A_k|, is seen at (A_i, A_j)/w on
-//! the face of k; its depth key is 1/w. Rays along D meet the plane of the coordinates i and j, where k is the axis of the
-//! largest component of D, at (p_i, p_j) − p_k·(D_i, D_j)/D_k; the key follows from the coordinate ±p_k.
-//!
-//! Each place is a few roundings of f64 from the true one, as a part of the coordinates: at most 4u on a face.
-//!
-//! Eight points at a time: one by one took 330 instructions for each, a third of a query.
+//! Places, faces and depths are those of [`crate::rays::projection`]; the depth key of a point is 1/w, that of parallel
+//! rays follows from the coordinate ±p_k. Each place is a few roundings of f64 from the true one, as a part of the
+//! coordinates: at most 4u on a face.
 //!
 //! Based on: Ned Greene, "Environment Mapping and Other Applications of World Projections", 1986 (cube maps).
 
@@ -24,7 +21,7 @@ const KEY_SLACK: f32 = 1.0 / (1 << 22) as f32;
 const KEY_LIMIT: f64 = 1e37;
 
 /// The most points of a tile.
-pub(crate) const CLUSTER: usize = 4096;
+pub(crate) const TILE_POINTS: usize = 4096;
 
 /// What makes columns, rows and keys of places and depths: (x − offset)·factor for each.
 #[derive(Debug, Clone, Copy)]
@@ -33,25 +30,25 @@ pub(crate) struct ToTile {
     pub(crate) depth: [f64; 2],
 }
 
-/// The receivers of a cluster on one face.
+/// The receivers of a tile on one face.
 #[derive(Debug)]
-pub(crate) struct Sightings {
+pub(crate) struct FacePoints {
     pub(crate) count: usize,
     /// Places on the face. The last one is repeated up to a multiple of eight.
-    pub(crate) at: [[f64; CLUSTER]; 2],
+    pub(crate) at: [[f64; TILE_POINTS]; 2],
     /// 1/w from a point; the coordinate ±p_k for a direction.
-    pub(crate) depth: [f64; CLUSTER],
+    pub(crate) depth: [f64; TILE_POINTS],
     /// Their places among the receivers.
-    pub(crate) places: [u16; CLUSTER],
+    pub(crate) places: [u16; TILE_POINTS],
 }
 
-impl Sightings {
+impl FacePoints {
     /// None.
     pub(crate) fn new() -> Self {
-        Self { count: 0, at: [[0.0; CLUSTER]; 2], depth: [0.0; CLUSTER], places: [0; CLUSTER] }
+        Self { count: 0, at: [[0.0; TILE_POINTS]; 2], depth: [0.0; TILE_POINTS], places: [0; TILE_POINTS] }
     }
 
-    /// Sees at most [`CLUSTER`] receivers: those on one face, or all of them. Tells the first and the last face.
+    /// Sees at most [`TILE_POINTS`] receivers: those on one face, or all of them. Tells the first and the last face.
     #[inline(always)]
     pub(crate) fn see<S: Simd>(
         &mut self,
@@ -77,7 +74,7 @@ impl Sightings {
             let here = (1 << eight.len()) - 1;
             for lane in bits(face.simd_eq(only as f64).to_bitmask() & here) {
                 (self.at[0][count], self.at[1][count]) = (at[0][lane], at[1][lane]);
-                // In range: a cluster is smaller.
+                // In range: a tile is smaller.
                 (self.depth[count], self.places[count]) = (depth[lane], (index * LANES + lane) as u16);
                 count += 1;
             }
@@ -139,7 +136,7 @@ impl Sightings {
     }
 }
 
-/// Bounds of keys in f32, as in [`Sightings::keys_on`].
+/// Bounds of keys in f32, as in [`FacePoints::keys_on`].
 #[inline(always)]
 pub(crate) fn keys_around<S: Simd>(simd: S, key: Lanes<S>) -> (Narrow<S>, Narrow<S>) {
     let limit = Lanes::simd_from(simd, KEY_LIMIT);
