@@ -5,8 +5,9 @@ use crate::simd::isa::Isa;
 /// Which recursion answers the question. Both give the same answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Path {
-    /// One bound stands for many rays: for a whole sub-pencil, or for a bundle of rays without a common origin. Segments
-    /// ([`crate::query::blocked`]), and numbers too large or too small for bounds in f32, take the general path all the same.
+    /// One bound stands for many rays: for a whole sub-pencil, or for a bundle of rays without a common origin.
+    /// Segments ([`crate::query::blocked`]), and numbers too large or too small for bounds in f32, take the general
+    /// path all the same.
     #[default]
     Pencil,
     /// Algorithm 1 of the paper: every ray is tested by itself. The reference for pencils and bundles.
@@ -30,15 +31,16 @@ pub enum Partition {
     /// At the middle of the longest side of their box, by their centres; at the median where that is lopsided.
     #[default]
     Middle,
-    /// As they are given: halves of whole groups ([`Triangles::with_groups`](crate::geometry::triangles::Triangles::with_groups)), then halves of a group's
-    /// order, whole runs of 64. Good where neighbours in the file are neighbours in space, as the objects of a scene graph are;
-    /// where boxes overlap too much, as [`Partition::Middle`] from there on.
+    /// As they are given: halves of whole groups
+    /// ([`Triangles::with_groups`](crate::geometry::triangles::Triangles::with_groups)), then halves of a group's
+    /// order, whole runs of 64. Good where neighbours in the file are neighbours in space, as the objects of a scene
+    /// graph are; where boxes overlap too much, as [`Partition::Middle`] from there on.
     Given,
-    /// By space: the halves of a voxel, each with the triangles that reach into it. A triangle may be in both. Where that
-    /// does not reduce the work, as [`Partition::Middle`].
+    /// By space: the halves of a voxel, each with the triangles that reach into it. A triangle may be in both. Where
+    /// that does not reduce the work, as [`Partition::Middle`].
     Spatial,
-    /// By cost: of a few planes per axis the one with the least number of pairs, as a sample of the rays meets its sides.
-    /// Where there are few rays, as [`Partition::Middle`].
+    /// By cost: of a few planes per axis the one with the least number of pairs, as a sample of the rays meets its
+    /// sides. Where there are few rays, as [`Partition::Middle`].
     Sampled,
 }
 

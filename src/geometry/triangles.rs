@@ -47,11 +47,12 @@ impl<'a> Triangles<'a> {
         Ok(Self { positions, indices, group_ends: Cow::Borrowed(&[]) })
     }
 
-    /// Tells where groups of consecutive triangles end, such as the objects of a scene: the k-th group has the triangles from
-    /// `ends[k - 1]`, or 0, to `ends[k]`. Without groups, all triangles are one. O(groups).
+    /// Tells where groups of consecutive triangles end, such as the objects of a scene: the k-th group has the
+    /// triangles from `ends[k - 1]`, or 0, to `ends[k]`. Without groups, all triangles are one. O(groups).
     ///
-    /// [`Partition::Given`](crate::options::Partition::Given) divides between groups before it divides a group. A hierarchy is given
-    /// flat, its leaves in the order of a walk through it: neighbours are then of one parent. Never changes an output.
+    /// [`Partition::Given`](crate::options::Partition::Given) divides between groups before it divides a group. A
+    /// hierarchy is given flat, its leaves in the order of a walk through it: neighbours are then of one parent. Never
+    /// changes an output.
     ///
     /// ```
     /// # use umbel_core::Triangles;
@@ -62,7 +63,8 @@ impl<'a> Triangles<'a> {
     /// ```
     ///
     /// # Errors
-    /// The first group that does not end after the one before it, or groups that have more or fewer triangles than there are.
+    /// The first group that does not end after the one before it, or groups that have more or fewer triangles than
+    /// there are.
     pub fn with_groups(self, ends: impl Into<Cow<'a, [u32]>>) -> Result<Self, Error> {
         let group_ends = ends.into();
         let mut before = 0;

@@ -15,8 +15,8 @@ pub(crate) fn check_call(rays: usize, options: &Options) -> Result<Level, Error>
     options.isa.level()
 }
 
-/// Does all work on threads of the pool, so that its parallel parts need not wait for a thread outside, and has each thread
-/// check meanwhile that subnormal numbers are what they are.
+/// Does all work on threads of the pool, so that its parallel parts need not wait for a thread outside, and has each
+/// thread check meanwhile that subnormal numbers are what they are.
 pub(crate) fn in_pool<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Error> {
     let flushed = AtomicBool::new(flushes_to_zero());
     let result = rayon::scope(|scope| {

@@ -1,11 +1,11 @@
 //! What survives from one frame to the next: memory, and on request the order of the triangles.
 //!
-//! A [`Frame`] that is used again writes into the hits of the frame before: no pages to fault in. One that keeps the order
-//! also spares the next frame the sorting; everything else is done from
-//! scratch, so triangles may move as they like. An order that has grown stale costs time, never a hit.
+//! A [`Frame`] that is used again writes into the hits of the frame before: no pages to fault in. One that keeps the
+//! order also spares the next frame the sorting; everything else is done from scratch, so triangles may move as they
+//! like. An order that has grown stale costs time, never a hit.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011 (a permutation is all that remains).
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011 (a permutation is all that remains).
 
 use crate::error::Error;
 use crate::geometry::triangles::Triangles;
@@ -54,8 +54,8 @@ impl Frame {
         Self { keeps_order: true, ..Self::default() }
     }
 
-    /// Counts the pairs of each ray from now on: see [`Frame::pairs`]. Changes no hit. 4 bytes per ray, and a little time where
-    /// rays go in bundles.
+    /// Counts the pairs of each ray from now on: see [`Frame::pairs`]. Changes no hit. 4 bytes per ray, and a little
+    /// time where rays go in bundles.
     #[must_use]
     pub fn counting_pairs(self) -> Self {
         Self { kept: Kept { counts_pairs: true, ..self.kept }, ..self }
@@ -77,7 +77,8 @@ impl Frame {
         path::hits(triangles, rays.into(), options, false, &mut self.kept)
     }
 
-    /// Finds which receivers a light does not see, as [`crate::query::shadowed`] does. The hits of this frame stay what they are.
+    /// Finds which receivers a light does not see, as [`crate::query::shadowed`] does. The hits of this frame stay what
+    /// they are.
     ///
     /// # Errors
     /// As [`crate::query::shadowed`].
@@ -94,7 +95,8 @@ impl Frame {
         path::shadowed(triangles, (light, receivers), options, &mut self.kept)
     }
 
-    /// Finds which rays of receivers are open, as [`crate::query::open_rays`] does. The hits of this frame stay what they are.
+    /// Finds which rays of receivers are open, as [`crate::query::open_rays`] does. The hits of this frame stay what
+    /// they are.
     ///
     /// # Errors
     /// As [`crate::query::open_rays`].
@@ -116,7 +118,8 @@ impl Frame {
         &self.kept.hits
     }
 
-    /// What each tile of a pencil's film cost in the last query; nothing, where it was no pencil or took the general path.
+    /// What each tile of a pencil's film cost in the last query; nothing, where it was no pencil or took the general
+    /// path.
     #[must_use]
     pub fn tiles(&self) -> &[TileStats] {
         &self.kept.tiles
@@ -125,9 +128,9 @@ impl Frame {
     /// The pairs of each ray with a triangle whose edge functions were evaluated in the last query: the sum is
     /// [`Stats::samples_tested`]. Empty unless this frame counts them.
     ///
-    /// A pencil counts those of scattered rays. Rays of its grid films are evaluated together, tile by tile: they have 0 here,
-    /// and their tiles have [`TileStats::samples_per_ray`]. Where all films are grids this is empty. What a ray is tested with depends on
-    /// the rays around it and on the path.
+    /// A pencil counts those of scattered rays. Rays of its grid films are evaluated together, tile by tile: they have
+    /// 0 here, and their tiles have [`TileStats::samples_per_ray`]. Where all films are grids this is empty. What a ray
+    /// is tested with depends on the rays around it and on the path.
     ///
     /// ```
     /// # use umbel_core::{Frame, Options, Ray, Triangles, glam::DVec3};

@@ -69,8 +69,8 @@ pub fn blocked(
 /// O(n + p log n) for n triangles and p receivers; memory O(n + p), see [`Stats::engine_bytes`].
 ///
 /// # Errors
-/// When the light is out of range, a receiver is not finite, there are too many, or the thread flushes subnormal numbers to
-/// zero.
+/// When the light is out of range, a receiver is not finite, there are too many, or the thread flushes subnormal
+/// numbers to zero.
 pub fn shadowed(
     triangles: &Triangles<'_>,
     light: Origin,
@@ -82,10 +82,10 @@ pub fn shadowed(
 
 /// Finds which rays of receivers are open: for ambient occlusion, with no bias. See [`Occlusion`].
 ///
-/// Receivers may come in any order. Time about O(p log p + k(n + p)) for n triangles, p receivers and k shared samples. Memory
-/// beside the answer: about 60 bytes per receiver, 36 per triangle, and per thread 48 for each triangle that may matter, see
-/// [`Stats::engine_bytes`]. Rays that receivers do not share, and those of few receivers, go in bundles as arbitrary rays do: time
-/// about O(n log n + k·p log n).
+/// Receivers may come in any order. Time about O(p log p + k(n + p)) for n triangles, p receivers and k shared samples.
+/// Memory beside the answer: about 60 bytes per receiver, 36 per triangle, and per thread 48 for each triangle that may
+/// matter, see [`Stats::engine_bytes`]. Rays that receivers do not share, and those of few receivers, go in bundles as
+/// arbitrary rays do: time about O(n log n + k·p log n).
 ///
 /// # Errors
 /// When a receiver or a sample is out of range, there are too many receivers, directions are not common as the grouping

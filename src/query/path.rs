@@ -15,8 +15,9 @@ use fearless_simd::Level;
 use crate::error::{Error, first_wrong};
 use crate::geometry::triangles::Triangles;
 use crate::intersect::bundle::stream::Objects;
+use crate::intersect::context::Context;
 use crate::intersect::irregular::shadow;
-use crate::intersect::ray_set::Probes;
+use crate::intersect::ray_set::{Question, RaySet};
 use crate::intersect::{directions, general};
 use crate::objects::runs::{Order, Runs};
 use crate::options::{Options, Partition, Path};
@@ -68,20 +69,20 @@ pub(crate) fn hits(
         (Rays::Pencil(pencil), Path::Pencil) => {
             kept.hits.make_room(rays.len());
             let runs = Runs::new(triangles, level, kept.order.take());
-            let how = (options.accuracy, level, any);
+            let context = Context { triangles, accuracy: options.accuracy, level };
             let answer = (&mut kept.hits, &mut kept.pairs[..]);
             let stats;
-            (stats, kept.tiles) = pencil::intersect(triangles, pencil, &runs, how, answer);
+            (stats, kept.tiles) = pencil::intersect(context, pencil, any, &runs, answer);
             kept.order = Some(runs.into_order());
             stats
         }
         (_, path) => {
             (kept.hits, kept.tiles) = (Hits::missed(rays.len()), Vec::new());
-            let query = (triangles, Probes::Rays(rays), any);
+            let question = Question { triangles, set: RaySet::Rays(rays), any };
             let answer = (&mut kept.hits, &mut kept.pairs[..]);
             match path {
-                Path::Pencil => in_bundles(query, level, answer),
-                Path::General => general::intersect_by(options.partition, query, answer),
+                Path::Pencil => in_bundles(question, level, answer),
+                Path::General => general::intersect_by(options.partition, question, answer),
             }
         }
     })
@@ -96,12 +97,10 @@ pub(crate) fn blocked(
     let level = check_call(segments.len(), options)?;
     segments.iter().try_for_each(Segment::check)?;
     let mut hits = Hits::missed(segments.len());
-    let probes = Probes::Segments(segments);
+    let question = Question { triangles, set: RaySet::Segments(segments), any: true };
     let stats = in_pool(|| match options.path {
-        Path::Pencil => in_bundles((triangles, probes, true), level, (&mut hits, &mut [])),
-        Path::General => {
-            general::intersect_by(options.partition, (triangles, probes, true), (&mut hits, &mut []))
-        }
+        Path::Pencil => in_bundles(question, level, (&mut hits, &mut [])),
+        Path::General => general::intersect_by(options.partition, question, (&mut hits, &mut [])),
     })?;
     Ok((hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats))
 }
@@ -118,14 +117,15 @@ pub(crate) fn shadowed(
     in_pool(|| match options.path {
         Path::Pencil => {
             let runs = Runs::new(triangles, level, kept.order.take());
-            let found = shadow::shadowed(triangles, (light, receivers), &runs, (options.accuracy, level));
+            let context = Context { triangles, accuracy: options.accuracy, level };
+            let found = shadow::shadowed(context, light, receivers, &runs);
             kept.order = Some(runs.into_order());
             found
         }
         Path::General => {
             let mut hits = Hits::missed(receivers.len());
-            let query = (triangles, Probes::Shadows(light, receivers), true);
-            let stats = general::intersect_by(options.partition, query, (&mut hits, &mut []));
+            let question = Question { triangles, set: RaySet::Shadows(light, receivers), any: true };
+            let stats = general::intersect_by(options.partition, question, (&mut hits, &mut []));
             (hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats)
         }
     })
@@ -162,15 +162,12 @@ pub(crate) fn open_rays(
 }
 
 /// Finds hits in bundles; ray by ray where numbers are too large or too small for bundles.
-fn in_bundles(
-    (triangles, probes, any): (&Triangles<'_>, Probes<'_>, bool),
-    level: Level,
-    (hits, pairs): (&mut Hits, &mut [u32]),
-) -> Stats {
+fn in_bundles(question: Question<'_>, level: Level, (hits, pairs): (&mut Hits, &mut [u32])) -> Stats {
+    let Question { triangles, set, any } = question;
     let objects = Objects::new(triangles, level);
-    let found = objects.and_then(|objects| objects.intersect(probes, any, (hits, pairs)));
+    let found = objects.and_then(|objects| objects.intersect(set, any, (hits, pairs)));
     found.unwrap_or_else(|| {
-        *hits = Hits::missed(probes.len());
-        general::intersect_by(Partition::default(), (triangles, probes, any), (hits, pairs))
+        *hits = Hits::missed(set.len());
+        general::intersect_by(Partition::default(), question, (hits, pairs))
     })
 }

@@ -1,29 +1,25 @@
 //! Pencils: which leaf the rays of each film take, and the memory of all of them.
 
-use fearless_simd::Level;
-
-use crate::geometry::triangles::Triangles;
+use crate::intersect::context::Context;
 use crate::intersect::grid::tiles::Window;
 use crate::intersect::pencil::leaf::FilmQuery;
 use crate::intersect::pencil::rect::{TILE_SIDE, tile_stats};
-use crate::intersect::pencil::screen_bounds::Pixels;
+use crate::intersect::pencil::viewport::Viewport;
 use crate::intersect::scattered::ScatteredQuery;
 use crate::intersect::{grid, scattered};
 use crate::objects::runs::Runs;
-use crate::options::Accuracy;
 use crate::rays::film::{Film, Sampling};
-use crate::rays::frustum::Projection;
 use crate::rays::hits::{Hits, Row};
 use crate::rays::pencil::Pencil;
 use crate::stats::{Stats, TileStats};
 
-/// Finds the nearest, or any, hit of each ray of a pencil, and counts the pairs of scattered rays unless there is no room for that.
-/// Returns what each tile has cost as well.
+/// Finds the nearest, or any, hit of each ray of a pencil, and counts the pairs of scattered rays unless there is no
+/// room for that. Returns what each tile has cost as well.
 pub(crate) fn intersect(
-    triangles: &Triangles<'_>,
+    context: Context<'_>,
     pencil: &Pencil,
+    any: bool,
     runs: &Runs,
-    (accuracy, level, any): (Accuracy, Level, bool),
     (hits, mut pairs): (&mut Hits, &mut [u32]),
 ) -> (Stats, Vec<TileStats>) {
     let mut tiles = Vec::new();
@@ -39,31 +35,17 @@ pub(crate) fn intersect(
         (of_film, pairs) = pairs.split_at_mut((film.len() as usize).min(pairs.len()));
         match film {
             Film::Grid(film) => {
-                let Some(projection) = &Projection::new(origin, film.span()) else {
+                let Some(view) = &Viewport::new(origin, *film, Sampling::Grid) else {
                     window.miss();
                     continue;
                 };
-                let sampling = Sampling::Grid;
-                let pixels = &Pixels::new(projection, film, sampling);
-                let query = FilmQuery {
-                    triangles,
-                    origin,
-                    film,
-                    projection,
-                    pixels,
-                    bounds,
-                    accuracy,
-                    level,
-                    sampling,
-                    any,
-                };
+                let query = FilmQuery { context, view, bounds, any };
                 tiles.extend(grid::intersect(query, runs, window).into_iter().map(tile_stats(index)));
             }
             Film::Scattered(samples) => {
                 let Some(row) = window.rows.first_mut() else { continue };
                 let counts = !of_film.is_empty();
-                let query =
-                    ScatteredQuery { triangles, origin, samples, accuracy, level, any, bounds, counts };
+                let query = ScatteredQuery { context, origin, samples, any, bounds, counts };
                 let stats = scattered::intersect(query, runs, (row, of_film));
                 tiles.push(tile_stats(index)((window.rect, stats)));
             }

@@ -1,4 +1,5 @@
-//! Sets of rays: films, pencils, segments, receivers and hemispheres; the bounds that stand for many of them; and the hits that come back.
+//! Sets of rays: films, pencils, segments, receivers and hemispheres; the bounds that stand for many of them; and the
+//! hits that come back.
 
 pub(crate) mod cone;
 pub(crate) mod film;

@@ -3,8 +3,8 @@
 //! The origin is homogeneous. A point (w = 1) is an eye, a point light, the centre of an environment map, an
 //! ambient-occlusion receiver; a direction (w = 0), an origin at infinity, is an orthographic camera or the sun.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011 (rays with inherent structure).
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011 (rays with inherent structure).
 
 use glam::DVec3;
 
@@ -14,7 +14,8 @@ use crate::rays::film::{Film, GridFilm};
 use crate::rays::frustum::Projection;
 use crate::rays::origin::Origin;
 
-/// Rays through a common origin, on one or more films. Ray indices run through the films in order, row by row in a grid.
+/// Rays through a common origin, on one or more films. Ray indices run through the films in order, row by row in a
+/// grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pencil {
     origin: Origin,
@@ -28,8 +29,8 @@ impl Pencil {
     /// Checks and keeps the rays. O(scattered rays).
     ///
     /// # Errors
-    /// When the origin, a direction or a start point is out of the range of [`Ray`], a grid film spans no volume, or there
-    /// are more than 2³² − 1 rays.
+    /// When the origin, a direction or a start point is out of the range of [`Ray`], a grid film spans no volume, or
+    /// there are more than 2³² − 1 rays.
     pub fn new(origin: Origin, films: Vec<Film>) -> Result<Self, Error> {
         match origin {
             Origin::Point(point) => check_origin(point)?,

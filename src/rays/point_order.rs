@@ -2,37 +2,34 @@
 //!
 //! Cells lie over what a sample of the receivers covers; what lies outside counts for the cells at the border.
 //!
-//! For one light alone this order is worse than the light's own, see [`crate::intersect::irregular::order`]: exact shadows took 1.1 (chess) to
-//! 1.65 (sponza) times as long. It is found once for all directions.
+//! For one light alone this order is worse than the light's own, see [`crate::intersect::irregular::order`]: exact
+//! shadows took 1.1 (chess) to 1.65 (sponza) times as long. It is found once for all directions.
 //!
 //! Based on: Guy Morton, "A Computer Oriented Geodetic Data Base", 1966.
 
-use fearless_simd::{prelude::*, u32x8};
+use fearless_simd::prelude::*;
 
 use crate::geometry::aabb::Aabb;
 use crate::objects::gather;
-use crate::objects::morton::{OnCurve, spread};
+use crate::objects::morton::{Cells, OnCurve};
 use crate::rays::hemisphere::Hemisphere;
-use crate::simd::lanes::{LANES, Narrow};
+use crate::simd::lanes::LANES;
 
 /// Receivers that are looked at to find what they cover.
 const SAMPLED: usize = 4096;
 
-/// Cubic cells over receivers. f32 is fine enough.
+/// Receivers in cubic cells.
 pub(crate) struct PointGrid<'a> {
     hemispheres: &'a [Hemisphere],
-    lo: [f32; 3],
-    cells_per_unit: f32,
+    cells: Cells,
 }
 
 impl<'a> PointGrid<'a> {
-    /// 256 fine cells along the longest side.
+    /// Cells over what a sample of them covers.
     pub(crate) fn over(hemispheres: &'a [Hemisphere]) -> Self {
         let sampled = hemispheres.iter().step_by((hemispheres.len() / SAMPLED).max(1));
         let bounds = Aabb::of_points(sampled.map(|hemisphere| hemisphere.receiver.point));
-        let longest = bounds.extent()[bounds.longest_axis()];
-        let cells_per_unit = if longest > 0.0 { 256.0 / longest } else { 0.0 };
-        Self { hemispheres, lo: bounds.lo, cells_per_unit: cells_per_unit as f32 }
+        Self { hemispheres, cells: Cells::over(&bounds) }
     }
 }
 
@@ -48,12 +45,6 @@ impl OnCurve for PointGrid<'_> {
         for (lane, point) in points.iter_mut().enumerate() {
             *point = eight[lane.min(eight.len() - 1)].receiver.point;
         }
-        let mut place = u32x8::simd_from(simd, 0);
-        for (k, x) in gather::transposed_points(simd, &points).into_iter().enumerate() {
-            let cell = (x - self.lo[k]) * self.cells_per_unit;
-            let cell = cell.max(0.0).min(Narrow::simd_from(simd, 255.0));
-            place |= spread(u32x8::truncate_from(cell) & 0xFF) << (2 - k as u32);
-        }
-        place.to_array()
+        self.cells.places(simd, gather::transposed_points(simd, &points))
     }
 }

@@ -24,14 +24,15 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::geometry::triangles::{TriangleId, Triangles};
+use crate::intersect::context::Context;
 use crate::intersect::general;
+use crate::intersect::irregular::face_points::FacePoints;
+use crate::intersect::irregular::face_points::TILE_POINTS;
 use crate::intersect::irregular::order::LightGrid;
 use crate::intersect::irregular::packets::Packets;
 use crate::intersect::irregular::shadow::{FaceFilm, KEPT, block, start};
-use crate::intersect::irregular::sightings::CLUSTER;
-use crate::intersect::irregular::sightings::Sightings;
 use crate::intersect::pencil::leaf::{LeafDepth, Workspace, greatest_key};
-use crate::intersect::ray_set::Probes;
+use crate::intersect::ray_set::{Question, RaySet};
 use crate::objects::morton::{along_curve, bytes_for};
 use crate::objects::runs::{Order, Runs};
 use crate::options::{Options, Path};
@@ -103,7 +104,7 @@ struct Query<'a, S: OnDemand> {
 /// What a thread keeps from cluster to cluster.
 struct Scratch<'a, S: OnDemand> {
     work: Box<Workspace<Packets<'a>>>,
-    seen: Box<Sightings>,
+    seen: Box<FacePoints>,
     dicer: Dicer<'a, S>,
     stack: Vec<Item<S::Object>>,
     opened: Vec<Piece<S::Object>>,
@@ -126,7 +127,7 @@ impl<'a, S: OnDemand> Query<'a, S> {
         let shadowed: Vec<AtomicBool> = (0..count).map(|_| AtomicBool::new(false)).collect();
         let of_cluster = |scratch: &mut Scratch<'a, S>, ids: &[u32]| self.cluster(scratch, ids, &shadowed);
         // Of bytes the larger remain: those of a thread.
-        let clusters = order.par_chunks(CLUSTER).map_init(|| self.scratch(), of_cluster);
+        let clusters = order.par_chunks(TILE_POINTS).map_init(|| self.scratch(), of_cluster);
         let mut stats = clusters.try_reduce(Stats::default, |one, other| Ok(one.then(other)))?;
         let threads = stats.engine_bytes as usize * rayon::current_num_threads();
         let batches = (BATCH as u64 + (1 << (2 * GRID_BITS))) * rayon::current_num_threads() as u64;
@@ -139,7 +140,7 @@ impl<'a, S: OnDemand> Query<'a, S> {
     fn scratch(&self) -> Scratch<'a, S> {
         Scratch {
             work: Workspace::new(Packets::new(), KEPT),
-            seen: Box::new(Sightings::new()),
+            seen: Box::new(FacePoints::new()),
             dicer: Dicer::new(self.surfaces, self.density, self.dicing),
             stack: Vec::new(),
             opened: Vec::new(),
@@ -155,7 +156,7 @@ impl<'a, S: OnDemand> Query<'a, S> {
         shadowed: &[AtomicBool],
     ) -> Result<Stats, Error> {
         let (light, receivers) = (self.light, self.receivers);
-        let see = |seen: &mut Sightings, face| dispatch!(self.level, simd => seen.see(simd, light, (receivers, ids), face));
+        let see = |seen: &mut FacePoints, face| dispatch!(self.level, simd => seen.see(simd, light, (receivers, ids), face));
         let [first, last] = see(&mut scratch.seen, None);
         let mut stats = Stats::default();
         for face in first..=last {
@@ -181,9 +182,12 @@ impl<'a, S: OnDemand> Query<'a, S> {
         let receivers = self.receivers;
         dispatch!(self.level, simd => work.depth.fill(simd, (receivers, ids), seen, &film.to_tile));
         let ends = |first: f64, last: f64| Interval { lo: first.min(last), hi: first.max(last) };
-        let (width, height) = (film.film.width() - 1, film.film.height() - 1);
-        let (x, y) = (ends(film.film.x(0), film.film.x(width)), ends(film.film.y(0), film.film.y(height)));
-        let frustum = Frustum::new(&film.projection, x, y, start(self.light));
+        let (width, height) = (film.view.film.width() - 1, film.view.film.height() - 1);
+        let (x, y) = (
+            ends(film.view.film.x(0), film.view.film.x(width)),
+            ends(film.view.film.y(0), film.view.film.y(height)),
+        );
+        let frustum = Frustum::new(&film.view.projection, x, y, start(self.light));
         Some((film, frustum))
     }
 
@@ -250,9 +254,10 @@ impl<'a, S: OnDemand> Query<'a, S> {
         match &face.film {
             Some((film, _)) => {
                 let runs = Runs::new(&triangles, self.level, Some(Order::as_given(triangles.len())));
-                let how = (self.options.accuracy, self.level);
+                let Options { accuracy, .. } = *self.options;
+                let context = Context { triangles: &triangles, accuracy, level: self.level };
                 work.forget_triangles();
-                *stats = stats.plus(block(&triangles, self.light, &runs, how, (film, work)));
+                *stats = stats.plus(block(context, &runs, &film.view, work));
             }
             None => *stats = stats.plus(self.one_by_one(&triangles, face.ids, shadowed)),
         }
@@ -265,7 +270,8 @@ impl<'a, S: OnDemand> Query<'a, S> {
     fn one_by_one(&self, triangles: &Triangles<'_>, ids: &[u32], shadowed: &[AtomicBool]) -> Stats {
         let receivers: Vec<Receiver> = ids.iter().map(|&id| self.receivers[id as usize]).collect();
         let mut hits = Hits::missed(ids.len());
-        let stats = general::intersect(triangles, Probes::Shadows(self.light, &receivers), true, &mut hits);
+        let set = RaySet::Shadows(self.light, &receivers);
+        let stats = general::intersect(Question { triangles, set, any: true }, &mut hits);
         for (&id, _) in ids.iter().zip(&hits.ids).filter(|(_, hit)| **hit != NO_TRIANGLE) {
             shadowed[id as usize].store(true, Ordering::Relaxed);
         }
@@ -276,7 +282,7 @@ impl<'a, S: OnDemand> Query<'a, S> {
 impl<S: OnDemand> Scratch<'_, S> {
     fn bytes(&self) -> usize {
         Workspace::<Packets<'_>>::bytes(KEPT)
-            + size_of::<Sightings>()
+            + size_of::<FacePoints>()
             + self.dicer.bytes()
             + self.stack.capacity() * size_of::<Item<S::Object>>()
             + self.opened.capacity() * size_of::<Piece<S::Object>>()

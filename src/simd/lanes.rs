@@ -1,11 +1,11 @@
 //! Vectors of eight numbers, and eight points side by side.
 //!
-//! Only + − × ÷ and comparisons are used, so every instruction set gives the same bits. Products and sums are fused only where that
-//! decides what is looked at, and nothing else.
+//! Only + − × ÷ and comparisons are used, so every instruction set gives the same bits. Products and sums are fused
+//! only where that decides what is looked at, and nothing else.
 //!
-//! Closures over vectors, `map` among them, are compiled without the instruction set of their surroundings: they are called
-//! instead of inlined, and vectors pass through memory (15 % of all instructions in one case). Loops and plain calls of
-//! `#[inline(always)]` functions are fine.
+//! Closures over vectors, `map` among them, are compiled without the instruction set of their surroundings: they are
+//! called instead of inlined, and vectors pass through memory (15 % of all instructions in one case). Loops and plain
+//! calls of `#[inline(always)]` functions are fine.
 
 use fearless_simd::{f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::DVec3;

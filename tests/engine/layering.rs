@@ -25,14 +25,14 @@ const ENGINE: [&[&str]; 11] = [
 ];
 /// The same within `intersect`: what all paths share, then the paths.
 const INTERSECT: [&[&str]; 5] = [
-    &["ray_set"],
+    &["context", "ray_set"],
     &["general"],
     &["pencil"],
     &["grid", "irregular", "bundle", "scattered", "by_origin"],
     &["directions"],
 ];
 /// Parts of `intersect` that others of it may name.
-const SHARED: [&str; 3] = ["ray_set", "general", "pencil"];
+const SHARED: [&str; 4] = ["context", "ray_set", "general", "pencil"];
 /// The same at the root of the library.
 const LIBRARY: [&[&str]; 8] = [
     &["error"],
@@ -40,8 +40,8 @@ const LIBRARY: [&[&str]; 8] = [
     &["files"],
     &["scene"],
     &["surfaces"],
-    &["builtin", "formats"],
-    &["shadow"],
+    &["builtin"],
+    &["formats", "shadow"],
     &["render", "bake", "measure"],
 ];
 /// Files whose findings wait: the paths by origin and by direction, until beams take their place, and surfaces on demand.

@@ -2,38 +2,42 @@
 //!
 //! ```text
 //! for each chunk of consecutive rays, in parallel: order them by their origins
-//! for each window of these:
+//! for each stream of these:
 //!     cut the rays to the scene; sort them by the octant of their direction
 //!     for each octant: descend(rays, all objects)
 //!
 //! descend(rays, objects):
 //!     keep the parts of the objects, eight, that the shaft of the rays may meet
 //!     ask each ray which of these it may meet, and list it there
-//!     for each part, near ones first: descend(its list, part); a group of eight triangles is a leaf
+//!     for each part, near ones first: descend(its list, part); eight triangles are a leaf
 //! ```
 //!
-//! A window has thousands of rays, so that what is prepared for a part, boxes and triangles, serves many. A part is divided when
-//! the first rays enter it, see [`crate::intersect::bundle::lazy_bvh`]. The lists of rays are indices on a stack. All rays of a list have one
-//! octant: for them the planes of a box that come first are the same, and so is the order of the parts.
+//! A stream has thousands of rays, so that what is prepared for a part, boxes and triangles, serves many. A part is
+//! divided when the first rays enter it, see [`crate::intersect::bundle::lazy_bvh`]. The lists of rays are indices on a
+//! stack. All rays of a list have one octant: for them the planes of a box that come first are the same, and so is the
+//! order of the parts.
 //!
-//! Measured with 2 million diffuse-bounce rays: with the runs of [`crate::objects::runs`] a ray asked 47 nodes and was tested with 48 times eight
-//! triangles (sponza), 16 and 16 (koala); with [`crate::intersect::bundle::lazy_bvh`] it is 12 and 3.7, 8 and 2.3. A ray goes on into 1.6 of a
-//! part's eight. Lists are made eight rays at a time: their answers are a matrix of bits, transposed, and each row
-//! compresses the eight numbers. Ray by ray that took 1.2 times the time of the whole, most of it for branches guessed wrong.
-//! Pairs that the filter of a leaf lets pass wait until they are eight ([`crate::intersect::bundle::pairs`]): one by one, in f64, they took a third.
+//! Measured with 2 million diffuse-bounce rays: with the runs of [`crate::objects::runs`] a ray asked 47 nodes and was
+//! tested with 48 times eight triangles (sponza), 16 and 16 (koala); with [`crate::intersect::bundle::lazy_bvh`] it is
+//! 12 and 3.7, 8 and 2.3. A ray goes on into 1.6 of a part's eight. Lists are made eight rays at a time: their answers
+//! are a matrix of bits, transposed, and each row compresses the eight numbers. Ray by ray that took 1.2 times the time
+//! of the whole, most of it for branches guessed wrong. Pairs that the filter of a leaf lets pass wait until they are
+//! eight ([`crate::intersect::bundle::pairs`]): one by one, in f64, they took a third.
 //!
 //! A quarter of the time is waiting for memory: parts, triangles and rays are asked for ahead (0.91 of the time).
 //!
-//! Windows of 2¹² to 2¹⁴ rays take the same time; ones of 2¹⁶ a fifth more. Tried and dropped: windows of one octant, of rays from a larger
-//! place, meet half as many parts and groups, but take longer (1.0 to 1.15): their rays are read from farther away. Asking ahead for the
-//! vertices of pairs (1.03); rays of 32 bytes for boxes apart from those for triangles (1.0); parts in the order in which the rays of a list
-//! enter them on average (1.0); two rays at a time in the leaf, in vectors of sixteen
-//! lanes, with errors that a group's box bounds (0.99 on Zen 5, whose vectors are that wide). On SSE2 alone, without a byte shuffle to compress with, lists and pairs made eight at a time are
-//! slower than one by one: 1.13 (sponza) to 1.25 times (koala) the whole.
+//! Streams of 2¹² to 2¹⁴ rays take the same time; ones of 2¹⁶ a fifth more. Tried and dropped: streams of one octant,
+//! of rays from a larger place, meet half as many parts and triangles, but take longer (1.0 to 1.15): their rays are
+//! read from farther away. Asking ahead for the vertices of pairs (1.03); rays of 32 bytes for boxes apart from those
+//! for triangles (1.0); parts in the order in which the rays of a list enter them on average (1.0); two rays at a time
+//! in the leaf, in vectors of sixteen lanes, with errors that their box bounds (0.99 on Zen 5, whose vectors are that
+//! wide). On SSE2 alone, without a byte shuffle to compress with, lists and pairs made eight at a time are slower than
+//! one by one: 1.13 (sponza) to 1.25 times (koala) the whole.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011, Algorithm 1; Rasmus Barringer and Tomas Akenine-Möller, "Dynamic Ray Stream Traversal", 2014 (lists of rays per
-//! node); Alexander Reshetov, Alexei Soupikov, Jim Hurley, "Multi-Level Ray Tracing Algorithm", 2005 (one bound for many rays).
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011, Algorithm 1; Rasmus Barringer and Tomas Akenine-Möller, "Dynamic Ray Stream Traversal", 2014
+//! (lists of rays per node); Alexander Reshetov, Alexei Soupikov, Jim Hurley, "Multi-Level Ray Tracing Algorithm", 2005
+//! (one bound for many rays).
 
 pub(crate) mod cull_space;
 pub(crate) mod eight_rays;
@@ -50,25 +54,22 @@ use std::ops::Range;
 use fearless_simd::{Level, dispatch, mask16x8, prelude::*, u16x8};
 
 use crate::geometry::ray::Ray;
-use crate::geometry::triangles::Triangles;
 use crate::intersect::bundle::cull_space::{CulledRay, Parameter, planes};
-use crate::intersect::bundle::lazy_bvh::{Child, CostDivided, Group, Part};
-use crate::intersect::bundle::leaf::GroupTriangles;
+use crate::intersect::bundle::lazy_bvh::{Child, EightTriangles, LazyBvh, Part};
+use crate::intersect::bundle::leaf::EightLoaded;
 use crate::intersect::bundle::pairs::{Pairs, Verdicts};
 use crate::intersect::bundle::shaft::Shaft;
-use crate::intersect::ray_set::{Nearest, Probes};
+use crate::intersect::ray_set::{Nearest, Question};
 use crate::objects::boxes::Boxes;
 use crate::simd::lanes::{LANES, bits};
 use crate::stats::Stats;
 
-/// The query that all windows share.
+/// The query that all streams share.
 #[derive(Clone, Copy)]
 pub(crate) struct Query<'a> {
-    pub(crate) triangles: &'a Triangles<'a>,
-    pub(crate) objects: &'a CostDivided<'a>,
+    pub(crate) question: Question<'a>,
+    pub(crate) objects: &'a LazyBvh<'a>,
     pub(crate) level: Level,
-    pub(crate) probes: Probes<'a>,
-    pub(crate) any: bool,
     /// Whether the pairs of each ray are counted.
     pub(crate) counts: bool,
 }
@@ -96,7 +97,8 @@ pub(crate) struct Bundle<'a> {
 }
 
 impl Bundle<'_> {
-    /// One step of the recursion: a list of rays, and objects that they may meet. Further lists go to places from `free` on.
+    /// One step of the recursion: a list of rays, and objects that they may meet. Further lists go to places from
+    /// `free` on.
     pub(crate) fn descend(&mut self, part: &Part, list: Range<usize>, free: usize) {
         let Query { objects, level, .. } = *self.query;
         let division = objects.division(part);
@@ -114,9 +116,9 @@ impl Bundle<'_> {
             let list = start..start + counts[lane];
             match division.child(lane) {
                 Child::Part(part) => self.descend(part, list, end),
-                Child::Group(group) => {
+                Child::Triangles(eight) => {
                     let middle = division.boxes.centre(lane);
-                    dispatch!(level, simd => self.leaf(simd, (group, middle), list));
+                    dispatch!(level, simd => self.leaf(simd, (eight, middle), list));
                 }
             }
         }
@@ -125,8 +127,8 @@ impl Bundle<'_> {
         }
     }
 
-    /// Asks the shaft, then each ray of a list, which of eight boxes it may meet, and lists the rays of each box from a place on. Returns
-    /// their numbers.
+    /// Asks the shaft, then each ray of a list, which of eight boxes it may meet, and lists the rays of each box from a
+    /// place on. Returns their numbers.
     #[inline(always)]
     fn distribute<S: Simd>(
         &mut self,
@@ -161,10 +163,10 @@ impl Bundle<'_> {
         counts
     }
 
-    /// "DirectlyIntersect": a group of triangles against the rays of a list.
+    /// "DirectlyIntersect": eight triangles against the rays of a list.
     #[inline(always)]
-    fn leaf<S: Simd>(&mut self, simd: S, (group, middle): (&Group, [f32; 3]), list: Range<usize>) {
-        let set_up = GroupTriangles::new(simd, group, middle);
+    fn leaf<S: Simd>(&mut self, simd: S, (eight, middle): (&EightTriangles, [f32; 3]), list: Range<usize>) {
+        let set_up = EightLoaded::new(simd, eight, middle);
         self.stats.triangles_set_up += LANES as u64;
         self.stats.samples_tested += (list.len() * LANES) as u64;
         if self.query.counts {
@@ -180,7 +182,7 @@ impl Bundle<'_> {
         }
     }
 
-    /// Counts the pairs of the rays of a list with a group: apart from the kernel, where few ask for it.
+    /// Counts the pairs of the rays of a list with eight triangles: apart from the kernel, where few ask for it.
     #[cold]
     fn count(&mut self, list: Range<usize>) {
         for &ray in &self.lists[list] {
@@ -192,12 +194,12 @@ impl Bundle<'_> {
     /// Tests up to eight pairs of rays and triangles.
     #[inline(always)]
     fn test_pairs<S: Simd>(&mut self, simd: S) {
-        let Query { triangles, probes, any, .. } = *self.query;
+        let Question { triangles, set, any } = self.query.question;
         let (rays, ids, count) = self.pairs.take();
         self.stats.doubtful_samples += count as u64;
         let mut verdicts = Verdicts::NONE;
         let eight = rays.map(|ray| &self.exact[ray as usize]);
-        if probes.are_rays() {
+        if set.are_rays() {
             let mut nearest = [0.0; LANES];
             for (nearest, &ray) in nearest.iter_mut().zip(&rays) {
                 *nearest = self.found[ray as usize].nearest.hi;
@@ -210,8 +212,8 @@ impl Bundle<'_> {
             if any && found.nearest.is_hit() {
                 continue;
             }
-            let (ray, triangle) = ((culled.probe, eight[lane]), (ids[lane], verdicts.known(lane)));
-            if probes.test_known(ray, triangle, triangles, &mut found.nearest, self.stats) {
+            let (ray, triangle) = ((culled.number, eight[lane]), (ids[lane], verdicts.known(lane)));
+            if set.test_known(ray, triangle, triangles, &mut found.nearest, self.stats) {
                 culled.t_max = if any { -1.0 } else { found.parameter.upper(found.nearest.hi) };
             }
         }

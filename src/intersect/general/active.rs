@@ -1,4 +1,4 @@
-//! Rays on their way down, and the partition in place that divides rays and objects alike.
+//! Rays on their way down, and the move in place that divides rays and objects alike.
 
 use crate::intersect::general::slab::Slabs;
 use crate::intersect::ray_set::Nearest;
@@ -14,7 +14,7 @@ pub(crate) struct Active {
 }
 
 /// Moves what satisfies the predicate to the front and returns how many those are. O(n), in place.
-pub(crate) fn partition<T>(items: &mut [T], predicate: impl Fn(&T) -> bool) -> usize {
+pub(crate) fn move_to_front<T>(items: &mut [T], predicate: impl Fn(&T) -> bool) -> usize {
     let mut kept = 0;
     for index in 0..items.len() {
         if predicate(&items[index]) {

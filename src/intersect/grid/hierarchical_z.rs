@@ -1,7 +1,7 @@
 //! Hierarchical z: what lies behind all rays of a block of a tile is hidden from them.
 //!
-//! Keys are greater where things are nearer. Each block of 8x8 columns and rows keeps a lower bound of its rays' keys. A
-//! bound that is out of date is still one, so it is refreshed now and then only, by rows of blocks.
+//! Keys are greater where things are nearer. Each block of 8x8 columns and rows keeps a lower bound of its rays' keys.
+//! A bound that is out of date is still one, so it is refreshed now and then only, by rows of blocks.
 //!
 //! Based on: Ned Greene, Michael Kass, Gavin Miller, "Hierarchical Z-Buffer Visibility", 1993; Jon Hasselgren, Magnus
 //! Andersson, Tomas Akenine-Möller, "Masked Software Occlusion Culling", 2016 (lazy updates).

@@ -1,9 +1,9 @@
-//! The nearest hit of each scattered ray of a cluster, while it is worked on, and the farthest of blocks of rays. Those of
-//! tiles are in [`crate::intersect::grid::depth`].
+//! The nearest hit of each scattered ray of a cluster, while it is worked on, and the farthest of blocks of rays. Those
+//! of tiles are in [`crate::intersect::grid::depth`].
 //!
-//! Each ray keeps an interval that holds its depth key (greater is nearer), and an id. Where the interval of a candidate
-//! overlaps it, the exact order decides. Blocks keep a lower bound of their rays' keys: what lies behind it is hidden from
-//! all of them. A lower bound that is out of date is still one, so it is refreshed only now and then.
+//! Each ray keeps an interval that holds its depth key (greater is nearer), and an id. Where the interval of a
+//! candidate overlaps it, the exact order decides. Blocks keep a lower bound of their rays' keys: what lies behind it
+//! is hidden from all of them. A lower bound that is out of date is still one, so it is refreshed only now and then.
 //!
 //! Based on: Ned Greene, Michael Kass, Gavin Miller, "Hierarchical Z-Buffer Visibility", 1993; Jon Hasselgren, Magnus
 //! Andersson, Tomas Akenine-Möller, "Masked Software Occlusion Culling", 2016 (lazy updates).
@@ -125,8 +125,8 @@ impl DepthBuffer {
         self.mark_stale(index / BLOCK);
     }
 
-    /// Writes ids and distances of at most eight rays, the first of them at a multiple of eight. `ray` makes the ray with an
-    /// index.
+    /// Writes ids and distances of at most eight rays, the first of them at a multiple of eight. `ray` makes the ray
+    /// with an index.
     #[inline(always)]
     pub(crate) fn write<S: Simd>(
         &self,

@@ -1,11 +1,12 @@
 //! The leaf of scattered films: rays anywhere, kept in clusters along a space-filling curve.
 //!
-//! Directions from a point are sorted by cube face and, on the face, along Morton's curve; start points of parallel rays
-//! along that curve in the plane across their direction. A cluster of consecutive rays on one face is bounded by a frustum,
-//! and runs through the same recursion as a tile. With a cone around directions instead, 1.6 times as many nodes are visited
-//! and a query takes 1.3 to 1.7 times as long, since a cone meets the ball around a box.
+//! Directions from a point are sorted by cube face and, on the face, along Morton's curve; start points of parallel
+//! rays along that curve in the plane across their direction. A cluster of consecutive rays on one face is bounded by a
+//! frustum, and runs through the same recursion as a tile. With a cone around directions instead, 1.6 times as many
+//! nodes are visited and a query takes 1.3 to 1.7 times as long, since a cone meets the ball around a box.
 //!
-//! Edge functions are evaluated in space, see [`crate::intersect::scattered::space_setup`], for the rays that [`crate::intersect::irregular::projection`] leaves.
+//! Edge functions are evaluated in space, see [`crate::intersect::scattered::space_setup`], for the rays that
+//! [`crate::intersect::irregular::projection`] leaves.
 //!
 //! Based on: Gregory Johnson et al., "The Irregular Z-Buffer", 2005; Chris Wyman, Rama Hoetzlein, Aaron Lefohn,
 //! "Frustum-Traced Raster Shadows", 2015.
@@ -16,13 +17,13 @@ pub(crate) mod space_setup;
 
 use std::mem::size_of;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::dispatch;
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::exact::predicates::covers;
 use crate::geometry::aabb::{Aabb, U};
-use crate::geometry::triangles::Triangles;
+use crate::intersect::context::Context;
 use crate::intersect::pencil::leaf::greatest_key;
 use crate::intersect::pencil::{SubPencil, intersect_objects};
 use crate::intersect::scattered::depth::{Candidate, DepthBuffer};
@@ -114,11 +115,9 @@ fn interleave(x: f64, y: f64) -> u64 {
 /// What all clusters of one film share.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ScatteredQuery<'a> {
-    pub(crate) triangles: &'a Triangles<'a>,
+    pub(crate) context: Context<'a>,
     pub(crate) origin: Origin,
     pub(crate) samples: &'a [DVec3],
-    pub(crate) accuracy: Accuracy,
-    pub(crate) level: Level,
     /// Whether any hit will do.
     pub(crate) any: bool,
     /// The box of all triangles.
@@ -169,7 +168,8 @@ impl<'a> Cluster<'a> {
     pub(crate) fn entered(&self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
         stats.frustum_tests += LANES as u64;
         let (met, ts) = if let Some(Bound { frustum, limits, speed }) = &self.bound {
-            let (met, ts) = dispatch!(self.query.level, simd => frustum.enter_lanes(simd, boxes, limits));
+            let (met, ts) =
+                dispatch!(self.query.context.level, simd => frustum.enter_lanes(simd, boxes, limits));
             // A quotient: one rounding.
             (met, ts.map(|t| t / speed - (t / speed).abs() * (2.0 * U)))
         } else {
@@ -182,7 +182,7 @@ impl<'a> Cluster<'a> {
 
     /// Tests one triangle against the rays that may meet it.
     pub(crate) fn intersect(&mut self, id: u32, stats: &mut Stats) {
-        let ScatteredQuery { triangles, origin, level, .. } = self.query;
+        let ScatteredQuery { context: Context { triangles, level, .. }, origin, .. } = self.query;
         let triangle = triangles.triangle(id);
         let met = self.piercings.may_meet(level, &triangle);
         if met.iter().all(|&rays| rays == 0) {
@@ -215,7 +215,8 @@ impl<'a> Cluster<'a> {
 
     /// Tests one ray against one triangle.
     fn test(&mut self, index: usize, id: u32, setup: &SpaceSetup, stats: &mut Stats) {
-        let ScatteredQuery { triangles, origin, samples, accuracy, any, .. } = self.query;
+        let ScatteredQuery { context: Context { triangles, accuracy, .. }, origin, samples, any, .. } =
+            self.query;
         let sample = samples[self.places[index] as usize];
         stats.samples_tested += 1;
         let inside = match accuracy {
@@ -255,7 +256,7 @@ impl<'a> Cluster<'a> {
 
     /// The hits in the order of the cluster.
     fn hits(&self) -> Hits {
-        let ScatteredQuery { triangles, origin, samples, level, .. } = self.query;
+        let ScatteredQuery { context: Context { triangles, level, .. }, origin, samples, .. } = self.query;
         let Hits { mut ids, mut ts } = Hits::missed(self.places.len());
         let ray = |k: usize| origin.ray(samples[self.places[k] as usize]);
         for (eight, row) in ids.chunks_mut(LANES).zip(ts.chunks_mut(LANES)).enumerate() {
@@ -278,7 +279,7 @@ impl SubPencil for Cluster<'_> {
         self.depth.hides(greatest_key(self.query.origin, t))
     }
 
-    fn intersect(&mut self, runs: &Runs, run: usize, _: &Aabb, stats: &mut Stats) {
+    fn directly_intersect(&mut self, runs: &Runs, run: usize, _: &Aabb, stats: &mut Stats) {
         let (ids, count) = runs.ids(run);
         ids[..count].iter().for_each(|&id| self.intersect(id, stats));
     }
@@ -322,6 +323,7 @@ fn beam(direction: DVec3, starts: &[DVec3]) -> Option<(Frustum, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::triangles::Triangles;
     use crate::options::{Options, Path};
     use crate::query::closest_hit;
     use crate::rays::film::{Film, GridFilm};

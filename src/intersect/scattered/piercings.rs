@@ -2,14 +2,15 @@
 //!
 //! For the plane see [`crate::rays::projection`].
 //!
-//! A triangle is seen within the rectangle around its corners, and only rays in there can meet it. Eight rays that follow
-//! each other along the curve share a rectangle, so most triangles are done with after four comparisons for every 64 rays. A
-//! triangle with corners on both sides of w = 0 may meet any ray; one with none at w > 0 meets no ray.
+//! A triangle is seen within the rectangle around its corners, and only rays in there can meet it. Eight rays that
+//! follow each other along the curve share a rectangle, so most triangles are done with after four comparisons for
+//! every 64 rays. A triangle with corners on both sides of w = 0 may meet any ray; one with none at w > 0 meets no ray.
 //!
 //! The promise: *may keep what is missed, may never drop what is hit*.
 //!
-//! Measured against the edge functions of every ray of a cluster, with rays aimed at every feature of closed meshes of 84 and
-//! 100 thousand triangles: 22 to 68 of a ray's 2,800 to 3,800 pairs remain, and a query takes a tenth of the time.
+//! Measured against the edge functions of every ray of a cluster, with rays aimed at every feature of closed meshes of
+//! 84 and 100 thousand triangles: 22 to 68 of a ray's 2,800 to 3,800 pairs remain, and a query takes a tenth of the
+//! time.
 //!
 //! Based on: Gregory Johnson et al., "The Irregular Z-Buffer", 2005.
 

@@ -1,23 +1,19 @@
-//! Receivers as a light sees them: where its rays pierce the faces of a cube around it, or the plane of two coordinates.
+//! Receivers as a light sees them: where its rays pierce the faces of a cube around it, or the plane of two
+//! coordinates.
 //!
-//! From a light at l the point at l + A, with k the axis of the largest component of A and w = |A_k|, is seen at (A_i, A_j)/w on
-//! the face of k; its depth key is 1/w. Rays along D meet the plane of the coordinates i and j, where k is the axis of the
-//! largest component of D, at (p_i, p_j) − p_k·(D_i, D_j)/D_k; the key follows from the coordinate ±p_k.
-//!
-//! Each place is a few roundings of f64 from the true one, as a part of the coordinates: at most 4u on a face.
-//!
-//! Eight points at a time: one by one took 330 instructions for each, a third of a query.
+//! Places, faces and depths are those of [`crate::rays::projection`]; the depth key of a point is 1/w, that of parallel
+//! rays follows from the coordinate ±p_k. Each place is a few roundings of f64 from the true one, as a part of the
+//! coordinates: at most 4u on a face.
 //!
 //! Based on: Ned Greene, "Environment Mapping and Other Applications of World Projections", 1986 (cube maps).
 
 use fearless_simd::prelude::*;
-use glam::DVec3;
 
 use crate::objects::gather;
 use crate::rays::origin::Origin;
-use crate::rays::projection::Plane;
+use crate::rays::projection::EightSeen;
 use crate::rays::receiver::Receiver;
-use crate::simd::lanes::{LANES, LaneMask, Lanes, Narrow, Points, bits, narrow, widen};
+use crate::simd::lanes::{LANES, Lanes, Narrow, Points, bits, narrow, widen};
 
 /// Rounding a key to f32, with its own error of a few roundings of f64.
 const KEY_SLACK: f32 = 1.0 / (1 << 22) as f32;
@@ -25,7 +21,7 @@ const KEY_SLACK: f32 = 1.0 / (1 << 22) as f32;
 const KEY_LIMIT: f64 = 1e37;
 
 /// The most points of a tile.
-pub(crate) const CLUSTER: usize = 4096;
+pub(crate) const TILE_POINTS: usize = 4096;
 
 /// What makes columns, rows and keys of places and depths: (x − offset)·factor for each.
 #[derive(Debug, Clone, Copy)]
@@ -34,33 +30,25 @@ pub(crate) struct ToTile {
     pub(crate) depth: [f64; 2],
 }
 
-/// The receivers of a cluster on one face.
+/// The receivers of a tile on one face.
 #[derive(Debug)]
-pub(crate) struct Sightings {
+pub(crate) struct FacePoints {
     pub(crate) count: usize,
     /// Places on the face. The last one is repeated up to a multiple of eight.
-    pub(crate) at: [[f64; CLUSTER]; 2],
+    pub(crate) at: [[f64; TILE_POINTS]; 2],
     /// 1/w from a point; the coordinate ±p_k for a direction.
-    pub(crate) depth: [f64; CLUSTER],
+    pub(crate) depth: [f64; TILE_POINTS],
     /// Their places among the receivers.
-    pub(crate) places: [u16; CLUSTER],
+    pub(crate) places: [u16; TILE_POINTS],
 }
 
-/// Eight receivers.
-struct Eight<S: Simd> {
-    at: [Lanes<S>; 2],
-    depth: Lanes<S>,
-    /// The number of the face, see [`Plane::face`].
-    face: Lanes<S>,
-}
-
-impl Sightings {
+impl FacePoints {
     /// None.
     pub(crate) fn new() -> Self {
-        Self { count: 0, at: [[0.0; CLUSTER]; 2], depth: [0.0; CLUSTER], places: [0; CLUSTER] }
+        Self { count: 0, at: [[0.0; TILE_POINTS]; 2], depth: [0.0; TILE_POINTS], places: [0; TILE_POINTS] }
     }
 
-    /// Sees at most [`CLUSTER`] receivers: those on one face, or all of them. Tells the first and the last face.
+    /// Sees at most [`TILE_POINTS`] receivers: those on one face, or all of them. Tells the first and the last face.
     #[inline(always)]
     pub(crate) fn see<S: Simd>(
         &mut self,
@@ -73,7 +61,7 @@ impl Sightings {
         let mut first_face = Lanes::simd_from(simd, f64::INFINITY);
         let mut last_face = -first_face;
         for (index, eight) in ids.chunks(LANES).enumerate() {
-            let Eight { at, depth, face } = see_eight(simd, light, points_of(simd, receivers, eight));
+            let EightSeen { at, depth, face } = see_eight(simd, light, points_of(simd, receivers, eight));
             (first_face, last_face) = (first_face.min(face), last_face.max(face));
             let Some(only) = only else {
                 at[0].store_slice(&mut self.at[0][count..count + LANES]);
@@ -86,7 +74,7 @@ impl Sightings {
             let here = (1 << eight.len()) - 1;
             for lane in bits(face.simd_eq(only as f64).to_bitmask() & here) {
                 (self.at[0][count], self.at[1][count]) = (at[0][lane], at[1][lane]);
-                // In range: a cluster is smaller.
+                // In range: a tile is smaller.
                 (self.depth[count], self.places[count]) = (depth[lane], (index * LANES + lane) as u16);
                 count += 1;
             }
@@ -148,7 +136,7 @@ impl Sightings {
     }
 }
 
-/// Bounds of keys in f32, as in [`Sightings::keys_on`].
+/// Bounds of keys in f32, as in [`FacePoints::keys_on`].
 #[inline(always)]
 pub(crate) fn keys_around<S: Simd>(simd: S, key: Lanes<S>) -> (Narrow<S>, Narrow<S>) {
     let limit = Lanes::simd_from(simd, KEY_LIMIT);
@@ -173,40 +161,12 @@ fn points_of<S: Simd>(simd: S, receivers: &[Receiver], ids: &[u32]) -> Points<S>
 
 /// Sees eight points.
 #[inline(always)]
-fn see_eight<S: Simd>(simd: S, light: Origin, points: Points<S>) -> Eight<S> {
+fn see_eight<S: Simd>(simd: S, light: Origin, points: Points<S>) -> EightSeen<Lanes<S>> {
     match light {
-        Origin::Point(light) => from_point(simd, points.minus(Points::splat(simd, light))),
-        Origin::Infinity(direction) => along(simd, points, direction),
+        Origin::Point(light) => {
+            let Points { x, y, z } = points.minus(Points::splat(simd, light));
+            EightSeen::on_cube(simd, [x, y, z])
+        }
+        Origin::Infinity(direction) => EightSeen::along(simd, [points.x, points.y, points.z], direction),
     }
-}
-
-/// Eight vectors from a light, on the faces of a cube.
-#[inline(always)]
-fn from_point<S: Simd>(simd: S, Points { x, y, z }: Points<S>) -> Eight<S> {
-    let zero = Lanes::simd_from(simd, 0.0);
-    let (size_x, size_y, size_z) = (x.abs(), y.abs(), z.abs());
-    // As in `Plane::of`: of equal components the first one counts.
-    let is_x = size_x.simd_ge(size_y) & size_x.simd_ge(size_z);
-    let is_y = size_y.simd_ge(size_z);
-    let ahead = is_x.select(x, is_y.select(y, z));
-    let right = is_x.select(y, is_y.select(z, x));
-    let up = is_x.select(z, is_y.select(x, y));
-    let inverse = (zero + 1.0) / ahead.abs();
-    // A receiver at the light is seen anywhere.
-    let seen: LaneMask<S> = ahead.abs().simd_gt(zero);
-    let at = [seen.select(right * inverse, zero), seen.select(up * inverse, zero)];
-    let face = is_x.select(zero, is_y.select(zero + 2.0, zero + 4.0));
-    let face = face + ahead.simd_lt(zero).select(zero + 1.0, zero);
-    Eight { at, depth: inverse, face }
-}
-
-/// Eight points along parallel rays.
-#[inline(always)]
-fn along<S: Simd>(simd: S, points: Points<S>, direction: DVec3) -> Eight<S> {
-    let plane = Plane::of(Origin::Infinity(direction), direction);
-    let [ahead, right, up] = plane.axes();
-    let depth = points.dot(ahead);
-    let slope = |axis: DVec3| direction.dot(axis) / direction.dot(ahead);
-    let at = [points.dot(right) - depth * slope(right), points.dot(up) - depth * slope(up)];
-    Eight { at, depth, face: Lanes::simd_from(simd, plane.face() as f64) }
 }
