@@ -156,13 +156,20 @@ impl<'a, S: OnDemand> Dicer<'a, S> {
         self.surfaces.evaluate(object, &self.parameters, &self.detail, &mut self.points);
         // At most six lines.
         let measured = self.points.as_chunks::<SAMPLES>().0;
-        let mut lengths = self.density.lengths(measured).into_iter().take(measured.len());
+        let lengths = self.density.lengths(measured);
+        let mut measured = measured.iter().zip(lengths);
         for (axis, which) in lines {
             let rate = &mut part.rates[axis][which];
             if *rate == Rate::NONE {
-                // Points that are missing are an error when the part is diced.
-                let length = lengths.next().unwrap_or(0.0);
-                *rate = Rate::of(part.sides[axis], length / self.shading_rate);
+                let side = part.sides[axis];
+                *rate = match measured.next() {
+                    // Points that are missing are an error when the part is diced.
+                    None => Rate::of(side, 0.0),
+                    Some((points, length)) => match Rate::of(side, length / self.shading_rate) {
+                        Rate::NONE if self.density.is_mostly_rounding(points, length) => Rate::measured(side),
+                        rate => rate,
+                    },
+                };
             }
         }
     }
