@@ -26,12 +26,13 @@ use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 
 use crate::error::Error;
-use crate::geometry::aabb::Aabb;
 use crate::rays::film::Film;
 use crate::rays::film::GridFilm;
 use crate::rays::origin::Origin;
 use crate::rays::pencil::Pencil;
-use crate::reyes::dice::detail::Detail;
+use crate::reyes::dice::detail::{Around, Detail};
+use crate::reyes::dice::dicing::Dicing;
+use crate::simd::isa::Isa;
 use crate::simd::lanes::{LANES, Lanes, Points};
 
 /// Points at which a line is measured.
@@ -48,17 +49,6 @@ struct FilmPixels {
     least_cosine: f64,
     /// Pixels per unit of angle on the axis.
     density: f64,
-}
-
-/// Rays that start all over a box and leave to all sides: how far apart they are.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Around {
-    /// The box that they start in.
-    pub bounds: Aabb,
-    /// World units between neighbours at their start: positive.
-    pub spacing: f64,
-    /// The angle between neighbours, in radians: farther away they are as far apart as this times the distance from the box.
-    pub angle: f64,
 }
 
 /// Where rays come from.
@@ -232,15 +222,14 @@ impl Density {
     }
 }
 
-impl Around {
-    /// Whether pixels have a size.
-    pub(crate) fn check(&self) -> Result<(), Error> {
-        let is_size = self.spacing > 0.0 && self.spacing.is_finite();
-        if is_size && self.angle >= 0.0 && self.angle.is_finite() && !self.bounds.is_empty() {
-            Ok(())
-        } else {
-            Err(Error::Spacing { spacing: self.spacing, angle: self.angle })
-        }
+impl Detail {
+    /// What the rays of a pencil can tell apart, or micropolygons if these are larger than a pixel.
+    ///
+    /// # Errors
+    /// When a film is scattered, the shading rate is out of range, or the machine has no such instructions.
+    pub fn new(pencil: &Pencil, dicing: &Dicing, isa: Isa) -> Result<Self, Error> {
+        dicing.check()?;
+        Ok(Density::new(pencil, isa.level()?)?.detail.of_micropolygons(dicing))
     }
 }
 

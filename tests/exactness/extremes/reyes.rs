@@ -117,6 +117,8 @@ fn tiny_and_huge() {
     let of = |scale: f64| Place { scale, ..HERE };
     row("Reyes: cages of 1e-37 to 1e-20", &[of(1e-37), of(1e-30), of(1e-20)]);
     row("Reyes: cages of 1e20 to 1e35", &[of(1e20), of(1e30), of(1e35)]);
+    // Even the smallest numbers are too coarse for the pixels.
+    row("Reyes: cages of subnormal numbers", &[of(1e-43), of(3e-42)]);
 }
 
 #[test]
@@ -125,6 +127,17 @@ fn the_finest_and_the_coarsest() {
     let smooth = SubdivisionSurface::new(&cage(HERE), &Creases::default(), Displacement::NONE);
     for (rate, size) in [(1.0 / 64.0, [12, 9]), (64.0, [64, 48]), (4096.0, [64, 48])] {
         compare(&mut row, &smooth, &camera(HERE, [3.0, 2.0, 4.0], 2.0, size), rate);
+    }
+    row.finish();
+}
+
+/// Pixels so narrow and so far away that f64 cannot place a point on the film: the exact stage decides.
+#[test]
+fn through_a_telescope() {
+    let mut row = Row::new("Reyes: cages of 2 from 1e9 away, pixels of 1e-11 radians");
+    let smooth = SubdivisionSurface::new(&cage(HERE), &Creases::default(), Displacement::NONE);
+    for at in [[1e9, 1e9, 1e9], [0.0, 3e8, 1e9]] {
+        compare(&mut row, &smooth, &camera(HERE, at, 1e9, [64, 48]), 0.5);
     }
     row.finish();
 }
