@@ -45,9 +45,8 @@ pub use rays::cone::Cone;
 pub use rays::frustum::Frustum;
 
 pub use reyes::closest::closest_hit_on_demand;
-pub use reyes::dice::Dicing;
-pub use reyes::dice::density::Around;
-pub use reyes::dice::detail::Detail;
+pub use reyes::dice::detail::{Around, Detail};
+pub use reyes::dice::dicing::Dicing;
 pub use reyes::occlusion::open_rays_on_demand;
 pub use reyes::reference::{DicedTriangles, dice_all};
 pub use reyes::sample::hits::SurfaceHits;

@@ -7,11 +7,11 @@
 //! ```text
 //! for each cluster of receivers that the light sees side by side, on a film around them:
 //!     nearest the roots first: drop objects outside the frustum of the film, and behind all receivers that are left
-//!     open what is left, or dice it; test the micropolygons, a batch at a time
+//!     open what is left, or dice it; test the micropolygons, some thousands at a time
 //! ```
 //!
-//! A cluster is that of [`crate::intersect::irregular::shadow`], and a batch is tested as triangles are there. Memory: a batch and a cluster for
-//! each thread, and the way to them; nothing grows with the number of micropolygons.
+//! A cluster is that of [`crate::intersect::irregular::shadow`], and micropolygons are tested as triangles are there. Memory: those that
+//! wait and a cluster for each thread, and the way to them; nothing grows with the number of micropolygons.
 //!
 //! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987; Gregory Johnson et
 //! al., "The Irregular Z-Buffer", 2005.
@@ -46,17 +46,18 @@ use crate::rays::pencil::Pencil;
 use crate::rays::projection::Plane;
 use crate::rays::receiver;
 use crate::rays::receiver::Receiver;
-use crate::reyes::closest::{Item, enter};
-use crate::reyes::dice::batch::Batch;
 use crate::reyes::dice::density::Density;
-use crate::reyes::dice::patch::GRID_BITS;
+use crate::reyes::dice::dicer::Dicer;
+use crate::reyes::dice::dicing::Dicing;
+use crate::reyes::dice::grid_triangles::GridTriangles;
+use crate::reyes::dice::patch::{GRID_BITS, SubPatch};
 use crate::reyes::dice::rule::OnDemand;
-use crate::reyes::dice::{Dicer, Dicing, Piece};
 use crate::reyes::reference::dice_all;
+use crate::reyes::walk::{Item, Search, Walk};
 use crate::stats::Stats;
 
 /// Micropolygons that are tested together, at least: their runs are made by one thread.
-const BATCH: usize = 1 << 11;
+const TOGETHER: usize = 1 << 11;
 
 /// Finds which receivers a light does not see because of surfaces on demand, diced as the rays of `view` ask.
 ///
@@ -105,10 +106,8 @@ struct Query<'a, S: OnDemand> {
 struct Scratch<'a, S: OnDemand> {
     work: Box<Workspace<Packets<'a>>>,
     seen: Box<FacePoints>,
-    dicer: Dicer<'a, S>,
-    stack: Vec<Item<S::Object>>,
-    opened: Vec<Piece<S::Object>>,
-    batch: Batch,
+    walk: Walk<'a, S>,
+    waiting: GridTriangles,
 }
 
 /// The receivers of a cluster on one face.
@@ -130,8 +129,8 @@ impl<'a, S: OnDemand> Query<'a, S> {
         let clusters = order.par_chunks(TILE_POINTS).map_init(|| self.scratch(), of_cluster);
         let mut stats = clusters.try_reduce(Stats::default, |one, other| Ok(one.then(other)))?;
         let threads = stats.engine_bytes as usize * rayon::current_num_threads();
-        let batches = (BATCH as u64 + (1 << (2 * GRID_BITS))) * rayon::current_num_threads() as u64;
-        stats.micropolygons_in_flight = stats.micropolygons.min(batches);
+        let waiting = (TOGETHER as u64 + (1 << (2 * GRID_BITS))) * rayon::current_num_threads() as u64;
+        stats.micropolygons_in_flight = stats.micropolygons.min(waiting);
         let receivers = size_of_val(self.receivers) + order.capacity() * size_of::<u32>();
         stats.engine_bytes = (threads + receivers).max(bytes_for(count)) as u64;
         Ok((shadowed.into_iter().map(AtomicBool::into_inner).collect(), stats))
@@ -141,10 +140,8 @@ impl<'a, S: OnDemand> Query<'a, S> {
         Scratch {
             work: Workspace::new(Packets::new(), KEPT),
             seen: Box::new(FacePoints::new()),
-            dicer: Dicer::new(self.surfaces, self.density, self.dicing),
-            stack: Vec::new(),
-            opened: Vec::new(),
-            batch: Batch::default(),
+            walk: Walk::new(Dicer::new(self.surfaces, self.density, self.dicing)),
+            waiting: GridTriangles::default(),
         }
     }
 
@@ -198,71 +195,16 @@ impl<'a, S: OnDemand> Query<'a, S> {
         face: &Face<'_>,
         shadowed: &[AtomicBool],
     ) -> Result<Stats, Error> {
+        let Scratch { work, walk, waiting, .. } = scratch;
         let mut stats = Stats::default();
-        let enters = |item: Item<S::Object>, stats: &mut Stats| match &face.film {
-            Some((_, frustum)) => enter(&item, frustum, stats),
-            None => Some(item),
-        };
-        let detail = scratch.dicer.detail;
-        let item = |root| Item::new(Piece::of(root), self.surfaces, &detail);
-        let roots = self.surfaces.roots().into_iter().map(item);
-        scratch.stack.clear();
-        scratch.stack.extend(roots.filter_map(|root| enters(root, &mut stats)));
-        while let Some(item) = scratch.stack.pop() {
-            if face.film.is_some() && scratch.work.depth.hides(greatest_key(self.light, item.t)) {
-                stats.surfaces_culled_by_depth += 1;
-                continue;
-            }
-            if let Some(part) = item.piece.ready() {
-                scratch.batch.dice(&mut scratch.dicer, (&item.piece.object, part), &mut stats)?;
-                if scratch.batch.indices.len() >= 2 * BATCH {
-                    self.test(scratch, face, shadowed, &mut stats)?;
-                }
-                continue;
-            }
-            let Scratch { dicer, opened, stack, .. } = &mut *scratch;
-            opened.clear();
-            match dicer.open(&item.piece, &item.bounds, opened, &mut stats) {
-                // All of a patch: the box is the same.
-                Some(piece) => stack.push(Item { piece, ..item }),
-                None => {
-                    let parts = opened.iter().map(|piece| Item::new(*piece, self.surfaces, &dicer.detail));
-                    stack.extend(parts.filter_map(|part| enters(part, &mut stats)));
-                }
-            }
-        }
-        self.test(scratch, face, shadowed, &mut stats)?;
+        let mut search = FaceSearch { query: self, face, work, waiting, shadowed };
+        walk.begin(&mut search, &mut stats);
+        walk.go(&mut search, &mut stats)?;
+        search.test(&mut stats)?;
         if face.film.is_some() {
             scratch.work.depth.shadowed().for_each(|id| shadowed[id as usize].store(true, Ordering::Relaxed));
         }
         Ok(stats)
-    }
-
-    /// Tests the batch with the receivers of a face, and forgets it.
-    fn test(
-        &self,
-        scratch: &mut Scratch<'a, S>,
-        face: &Face<'_>,
-        shadowed: &[AtomicBool],
-        stats: &mut Stats,
-    ) -> Result<(), Error> {
-        let Scratch { work, batch, .. } = scratch;
-        if batch.indices.is_empty() {
-            return Ok(());
-        }
-        let triangles = Triangles::new(&batch.positions, &batch.indices)?;
-        match &face.film {
-            Some((film, _)) => {
-                let runs = Runs::new(&triangles, self.level, Some(Order::as_given(triangles.len())));
-                let Options { accuracy, .. } = *self.options;
-                let context = Context { triangles: &triangles, accuracy, level: self.level };
-                work.forget_triangles();
-                *stats = stats.plus(block(context, &runs, &film.view, work));
-            }
-            None => *stats = stats.plus(self.one_by_one(&triangles, face.ids, shadowed)),
-        }
-        batch.clear();
-        Ok(())
     }
 
     /// Decides receivers by the general path: where rounding leaves no film.
@@ -279,13 +221,67 @@ impl<'a, S: OnDemand> Query<'a, S> {
     }
 }
 
+/// Looks for what keeps light from the receivers of a face.
+struct FaceSearch<'t, 'q, 'a, S: OnDemand> {
+    query: &'t Query<'q, S>,
+    face: &'t Face<'t>,
+    work: &'t mut Workspace<Packets<'a>>,
+    waiting: &'t mut GridTriangles,
+    shadowed: &'t [AtomicBool],
+}
+
+impl<S: OnDemand> FaceSearch<'_, '_, '_, S> {
+    /// Tests the triangles that wait with the receivers of the face, and forgets them.
+    fn test(&mut self, stats: &mut Stats) -> Result<(), Error> {
+        let Self { query, face, work, waiting, shadowed } = self;
+        if waiting.indices.is_empty() {
+            return Ok(());
+        }
+        let triangles = Triangles::new(&waiting.positions, &waiting.indices)?;
+        match &face.film {
+            Some((film, _)) => {
+                let runs = Runs::new(&triangles, query.level, Some(Order::as_given(triangles.len())));
+                let accuracy = query.options.accuracy;
+                let context = Context { triangles: &triangles, accuracy, level: query.level };
+                work.forget_triangles();
+                *stats = stats.plus(block(context, &runs, &film.view, work));
+            }
+            None => *stats = stats.plus(query.one_by_one(&triangles, face.ids, shadowed)),
+        }
+        waiting.clear();
+        Ok(())
+    }
+}
+
+impl<S: OnDemand> Search<S> for FaceSearch<'_, '_, '_, S> {
+    fn enter(&mut self, item: Item<S::Object>, stats: &mut Stats) -> Option<Item<S::Object>> {
+        match &self.face.film {
+            Some((_, frustum)) => item.enter(frustum, stats),
+            None => Some(item),
+        }
+    }
+
+    fn hides(&mut self, item: &Item<S::Object>) -> bool {
+        self.face.film.is_some() && self.work.depth.hides(greatest_key(self.query.light, item.t))
+    }
+
+    fn take(
+        &mut self,
+        dicer: &mut Dicer<'_, S>,
+        item: &Item<S::Object>,
+        part: SubPatch,
+        stats: &mut Stats,
+    ) -> Result<(), Error> {
+        self.waiting.dice(dicer, (&item.piece.object, part), stats)?;
+        if self.waiting.indices.len() >= 2 * TOGETHER { self.test(stats) } else { Ok(()) }
+    }
+}
+
 impl<S: OnDemand> Scratch<'_, S> {
     fn bytes(&self) -> usize {
         Workspace::<Packets<'_>>::bytes(KEPT)
             + size_of::<FacePoints>()
-            + self.dicer.bytes()
-            + self.stack.capacity() * size_of::<Item<S::Object>>()
-            + self.opened.capacity() * size_of::<Piece<S::Object>>()
-            + self.batch.bytes()
+            + self.walk.bytes()
+            + self.waiting.bytes()
     }
 }

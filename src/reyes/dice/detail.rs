@@ -17,11 +17,19 @@ use glam::DVec3;
 use crate::error::Error;
 use crate::geometry::aabb::Aabb;
 use crate::geometry::aabb::widen;
-use crate::rays::pencil::Pencil;
-use crate::reyes::dice::Dicing;
-use crate::reyes::dice::density::{Around, Density};
-use crate::simd::isa::Isa;
+use crate::reyes::dice::dicing::Dicing;
 use crate::simd::lanes::{LANES, Lanes, Points};
+
+/// Rays that start all over a box and leave to all sides: how far apart they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Around {
+    /// The box that they start in.
+    pub bounds: Aabb,
+    /// World units between neighbours at their start: positive.
+    pub spacing: f64,
+    /// The angle between neighbours, in radians: farther away they are as far apart as this times the distance from the box.
+    pub angle: f64,
+}
 
 /// What rays can tell apart, and with which instructions points are found.
 #[derive(Debug, Clone, Copy)]
@@ -35,20 +43,23 @@ pub struct Detail {
     level: Level,
 }
 
+impl Around {
+    /// Whether pixels have a size.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let is_size = self.spacing > 0.0 && self.spacing.is_finite();
+        if is_size && self.angle >= 0.0 && self.angle.is_finite() && !self.bounds.is_empty() {
+            Ok(())
+        } else {
+            Err(Error::Spacing { spacing: self.spacing, angle: self.angle })
+        }
+    }
+}
+
 impl Detail {
     /// All the detail that there is: rays that are nowhere apart, and the best instructions of the machine.
     #[must_use]
     pub fn all() -> Self {
         Self::from_point(DVec3::ZERO, 0.0, Level::new())
-    }
-
-    /// What the rays of a pencil can tell apart, or micropolygons if these are larger than a pixel.
-    ///
-    /// # Errors
-    /// When a film is scattered, the shading rate is out of range, or the machine has no such instructions.
-    pub fn new(pencil: &Pencil, dicing: &Dicing, isa: Isa) -> Result<Self, Error> {
-        dicing.check()?;
-        Ok(Density::new(pencil, isa.level()?)?.detail.of_micropolygons(dicing))
     }
 
     /// Of rays from an eye with so many radians between them.

@@ -73,6 +73,11 @@ impl Rate {
     /// None yet: the edge is too long.
     pub(crate) const NONE: Self = Self(u8::MAX);
 
+    /// The rate of an edge that splitting does not make shorter: the points at which it was measured, four segments.
+    pub(crate) fn measured(interval: Dyadic) -> Self {
+        Self(interval.level + 2)
+    }
+
     /// The rate of an edge over an interval that asks for some segments: the nearest power of two.
     pub(crate) fn of(interval: Dyadic, segments: f64) -> Self {
         let (mut bits, mut most) = (0, std::f64::consts::SQRT_2);

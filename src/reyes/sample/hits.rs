@@ -2,7 +2,7 @@
 
 use crate::intersect::pencil::rect::Rect;
 use crate::rays::hits::NO_TRIANGLE;
-use crate::reyes::sample::resolve::{Seen, Sights};
+use crate::reyes::sample::resolve::{Resolved, Seen};
 use crate::simd::lanes::{LANES, bits};
 use crate::stats::TileStats;
 
@@ -81,7 +81,7 @@ impl SurfaceHits {
     }
 
     /// The corners of the micropolygons that are seen, as [`Triangles::leave`](crate::geometry::triangles::Triangles::leave) needs them: zeros where
-    /// there is a miss. Empty unless [`Dicing::keep_corners`](crate::reyes::dice::Dicing::keep_corners) was asked for.
+    /// there is a miss. Empty unless [`Dicing::keep_corners`](crate::reyes::dice::dicing::Dicing::keep_corners) was asked for.
     #[must_use]
     pub fn corners(&self) -> &[[[f32; 3]; 3]] {
         &self.corners
@@ -125,9 +125,9 @@ impl SurfaceRow<'_> {
         first: usize,
         lanes: u64,
         (ids, seen): (&[u32; LANES], &Seen),
-        sights: &Sights,
+        resolved: &Resolved,
     ) {
-        let Sights { ts, uvs, normals } = sights;
+        let Resolved { ts, uvs, normals } = resolved;
         for lane in bits(lanes) {
             let ray = first + lane;
             (self.ids[ray], self.ts[ray]) = (ids[lane], ts[lane]);

@@ -25,7 +25,7 @@ const QUOTIENT_SLACK: f64 = 4.0 * U;
 
 /// What eight rays see.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Sights {
+pub(crate) struct Resolved {
     pub(crate) ts: [f32; LANES],
     pub(crate) uvs: [[f32; LANES]; 2],
     pub(crate) normals: [[f32; LANES]; 3],
@@ -64,7 +64,7 @@ impl Seen {
         [origin, direction]: [Points<S>; 2],
         lanes: u64,
         ray: impl Fn(usize) -> Ray,
-    ) -> Sights {
+    ) -> Resolved {
         let mut corners = [origin; 3];
         for (corner, read) in corners.iter_mut().zip(&self.corners) {
             let [x, y, z] = transposed_points(simd, read);
@@ -76,19 +76,19 @@ impl Seen {
         let (normal, permanent) = cross(sides[0], c.minus(a));
 
         let (ts, doubtful) = distances([normal, permanent], from[0], direction);
-        let mut sights =
-            Sights { ts, uvs: self.uvs(simd, from, sides, direction), normals: [[0.0; LANES]; 3] };
+        let mut resolved =
+            Resolved { ts, uvs: self.uvs(simd, from, sides, direction), normals: [[0.0; LANES]; 3] };
         for lane in bits(doubtful & lanes) {
             let triangle = triangle_of(&[0, 1, 2].map(|corner: usize| self.corners[corner][lane]));
-            sights.ts[lane] = Distance::new(&ray(lane), &triangle).rounded();
+            resolved.ts[lane] = Distance::new(&ray(lane), &triangle).rounded();
         }
 
         let length = normal.dot_lanes(normal).sqrt();
         let unit = [normal.x / length, normal.y / length, normal.z / length];
-        for (stored, part) in sights.normals.iter_mut().zip(unit) {
+        for (stored, part) in resolved.normals.iter_mut().zip(unit) {
             narrow(part).store_slice(stored);
         }
-        sights
+        resolved
     }
 
     /// (u, v) of the rays, given the corners from the origin and the sides.

@@ -14,6 +14,7 @@
 
 #![expect(clippy::print_stdout, reason = "with --nocapture the rows are the result")]
 
+mod reyes;
 mod table;
 
 use common::generators;

@@ -36,8 +36,8 @@ impl Row {
         Self { name, random: Random(seed), rays: 0, compared: 0, hits: 0, mismatches: 0, first: None }
     }
 
-    /// All answers for the rays must be the same; of about `subset` rays they must be the oracle's.
-    pub(crate) fn compare(&mut self, mesh: &Mesh, rays: Rays<'_>, subset: usize) {
+    /// All answers for the rays must be the same; of about `subset` rays they must be the oracle's. Returns the answers.
+    pub(crate) fn compare(&mut self, mesh: &Mesh, rays: Rays<'_>, subset: usize) -> Hits {
         let geometry = mesh.geometry();
         let mut first: Option<Hits> = None;
         for (path, isa) in ways() {
@@ -54,7 +54,7 @@ impl Row {
             }
         }
         self.rays += rays.len();
-        let Some(hits) = first else { return };
+        let hits = first.expect("there is a way");
         let all = rays.len() <= subset;
         let pick = |k| if all { k } else { self.random.below(rays.len()) };
         let picked: Vec<usize> = (0..rays.len().min(subset)).map(pick).collect();
@@ -68,6 +68,7 @@ impl Row {
                 self.mismatch(|| format!("ray {ray}: {found:?}, the oracle has {expected:?}"));
             }
         }
+        hits
     }
 
     /// Compares a pencil of films at a point.
@@ -107,7 +108,8 @@ impl Row {
         }
     }
 
-    fn mismatch(&mut self, text: impl FnOnce() -> String) {
+    /// Counts a wrong answer; the first is told.
+    pub(crate) fn mismatch(&mut self, text: impl FnOnce() -> String) {
         self.mismatches += 1;
         self.first.get_or_insert_with(text);
     }

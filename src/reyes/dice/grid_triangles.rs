@@ -3,10 +3,10 @@
 //! Quadrilaterals of a grid come block by block, so that the triangles of each are a run, see [`crate::objects::runs`].
 
 use crate::error::Error;
-use crate::reyes::dice::Dicer;
+use crate::reyes::dice::dicer::Dicer;
+use crate::reyes::dice::grid::GridOrigin;
 use crate::reyes::dice::patch::SubPatch;
 use crate::reyes::dice::rule::OnDemand;
-use crate::reyes::sample::winners::GridOrigin;
 use crate::stats::Stats;
 
 /// Quadrilaterals of a block.
@@ -14,12 +14,12 @@ const BLOCK: [usize; 2] = [4, 2];
 
 /// Triangles of some grids.
 #[derive(Debug, Default)]
-pub(crate) struct Batch {
+pub(crate) struct GridTriangles {
     pub(crate) positions: Vec<[f32; 3]>,
     pub(crate) indices: Vec<[u32; 3]>,
 }
 
-impl Batch {
+impl GridTriangles {
     /// Bytes of the buffers.
     pub(crate) fn bytes(&self) -> usize {
         self.positions.capacity() * size_of::<[f32; 3]>() + self.indices.capacity() * size_of::<[u32; 3]>()
@@ -48,7 +48,7 @@ impl Batch {
 
     /// Adds the triangles of a grid, but for those without area, block by block.
     fn push(&mut self, points: &[[f32; 3]], grid: &GridOrigin) {
-        // In range: a batch is small.
+        // In range: few grids wait.
         let base = self.positions.len() as u32;
         self.positions.extend_from_slice(points);
         let [across, along] = grid.bits.map(|bits| 1_usize << bits);
