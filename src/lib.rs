@@ -1,8 +1,8 @@
 //! umbel-core: exact visibility for coherent rays, with nothing to build.
 //!
-//! Rays and triangles are divided together, recursively, and no hierarchy is stored. Rays that share an origin form a
-//! [`Pencil`]; one frustum stands for many of them. Other rays go in bundles, with one shaft for many. The triangle
-//! reported for a ray is the one that exact arithmetic gives, on every path, thread count and machine.
+//! Rays and triangles are divided together, recursively, and no hierarchy is built before a query or kept after it. Rays that
+//! share an origin form a [`Pencil`]; one frustum stands for many of them. Other rays go in bundles, with one shaft for many.
+//! The triangle reported for a ray is the one that exact arithmetic gives, on every path, thread count and machine.
 //!
 //! The way through: [`Triangles`] and a [`Pencil`] (or [`Ray`]s) go in; [`closest_hit`] or [`any_hit`] runs the recursion;
 //! [`Hits`] and [`Stats`] come out; a [`Frame`] keeps what the next query can use. There are no files and no images here; the package `umbel` has them.
