@@ -1,6 +1,6 @@
 //! The documentation names what exists: links and their anchors, and the paths of files in text, code spans and comments.
 //!
-//! Markdown files are those at the root, in `docs`, `benches` and `tests/fuzz`. Of Rust files all comments are read.
+//! Markdown files are those at the root, in `docs`, `benches` and `tests`. Of Rust files all comments are read.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -37,9 +37,7 @@ fn pages() -> Vec<PathBuf> {
     let at_root = fs::read_dir(&root).expect("the root").map(|entry| entry.expect("an entry").path());
     let mut pages: Vec<PathBuf> =
         at_root.filter(|path| path.extension().is_some_and(|end| end == "md")).collect();
-    ["docs", "benches", "tests/fuzz"]
-        .iter()
-        .for_each(|folder| pages.extend(files_in(&root.join(folder), "md")));
+    ["docs", "benches", "tests"].iter().for_each(|folder| pages.extend(files_in(&root.join(folder), "md")));
     pages.sort();
     pages
 }

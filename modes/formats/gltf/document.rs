@@ -209,7 +209,8 @@ pub(crate) struct Document {
 impl Document {
     pub(crate) fn of(json: &Value) -> Result<Self, Problem> {
         let scene = json.get("scene").unwrap_or(&Value::Null);
-        let scene = Option::deserialize(&*plain(scene)).map_err(|error| broken(format!("`scene`: {error}")))?;
+        let scene =
+            Option::deserialize(&*plain(scene)).map_err(|error| broken(format!("`scene`: {error}")))?;
         Ok(Self {
             scene,
             scenes: list(json, "scenes")?,
@@ -242,7 +243,8 @@ pub(crate) fn whole(value: &Value) -> Option<u64> {
     /// Up to here f64 holds every integer.
     const GREATEST: f64 = 9007199254740992.0;
     value.as_u64().or_else(|| {
-        let number = value.as_f64().filter(|number| (0.0..=GREATEST).contains(number) && number.fract() == 0.0);
+        let number =
+            value.as_f64().filter(|number| (0.0..=GREATEST).contains(number) && number.fract() == 0.0);
         number.map(|number| number as u64)
     })
 }
