@@ -3,6 +3,7 @@
 mod atlas;
 #[cfg(all(feature = "gltf", feature = "obj"))]
 mod bounces;
+mod docs;
 mod pictures;
 mod public_api;
 #[cfg(feature = "obj")]

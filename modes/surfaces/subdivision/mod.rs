@@ -1,9 +1,9 @@
 //! Catmull-Clark subdivision surfaces, displaced or not, to be made on demand.
 //!
 //! The cage is that of the scene, after one step where it has faces that are no quads. Nothing finer is stored: the limit surface
-//! over a quad is found from its neighbourhood (`limit_surface.rs`) whenever it is asked for.
+//! over a quad is found from its neighbourhood (`limit.rs`) whenever it is asked for.
 //!
-//! Points of a border are found by one of the quads that meet there (`border_rulers.rs`), its normals and texture coordinates are
+//! Points of a border are found by one of the quads that meet there (`border_owners.rs`), its normals and texture coordinates are
 //! that quad's, too.
 //!
 //! Based on: Edwin Catmull and James Clark, "Recursively Generated B-Spline Surfaces on Arbitrary Topological Meshes", 1978; Matthias

@@ -4,11 +4,10 @@
 use std::collections::HashMap;
 
 use common::generators::Mesh;
+use umbel::engine::{Dicing, Film, GridFilm, OnDemand, Rays, closest_hit_on_demand, dice_all};
 use umbel::glam::DVec3;
-use umbel::{
-    Creases, Dicing, DisplacedMesh, Displacement, Film, GridFilm, NO_TRIANGLE, Noise, OnDemand, Options,
-    Origin, Path, Pencil, Rays, Relief, Scene, SubdivisionSurface, closest_hit_on_demand, dice_all,
-};
+use umbel::surfaces::{Creases, DisplacedMesh, Displacement, Noise, Relief, SubdivisionSurface};
+use umbel::{NO_TRIANGLE, Options, Origin, Path, Pencil, Scene};
 
 use super::table::{Row, isas};
 
@@ -70,7 +69,8 @@ fn compare<S: OnDemand>(row: &mut Row, surface: &S, pencil: &Pencil, shading_rat
     let mesh = Mesh { positions: diced.positions().to_vec(), triangles: diced.indices().to_vec() };
     assert!(is_closed(&mesh), "open edges");
     let seen = row.compare(&mesh, Rays::Pencil(pencil), 60);
-    let ways = isas().into_iter().map(|isa| (Path::Pencil, isa)).chain([(Path::General, umbel::Isa::Auto)]);
+    let ways =
+        isas().into_iter().map(|isa| (Path::Pencil, isa)).chain([(Path::General, umbel::engine::Isa::Auto)]);
     for (path, isa) in ways {
         let options = Options { path, isa, ..Options::default() };
         let (hits, _) = closest_hit_on_demand(surface, pencil, &dicing, &options).expect("an answer");
