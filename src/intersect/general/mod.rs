@@ -167,7 +167,13 @@ impl Recursion<'_> {
     fn near_first(&self, rays: &mut [Active], mut parts: Parts<'_>) -> Stats {
         let Parts { bounds, axis, ascending, sampled, partition, .. } = parts;
         let [left, right] = parts.objects();
-        let recursion = Self { partitioner: Partitioner { partition, ..self.partitioner }, ..*self };
+        let changed;
+        let recursion = if partition == self.partitioner.partition {
+            self
+        } else {
+            changed = Self { partitioner: Partitioner { partition, ..self.partitioner }, ..*self };
+            &changed
+        };
         let parallel = rays.len() * (left.len() + right.len()) > PARALLEL_PAIRS;
         let left_first = match sampled {
             // One order for all rays: fewer steps, which cannot run in parallel.

@@ -1,7 +1,7 @@
 //! Triangle setup: everything about a triangle that the rays of one tile share, for eight triangles at once.
 //!
-//! On a tile, where column x and row y count from its first ray, the edge functions and the depth key are affine, v = c
-//! + xv_x + yv_y. The rays are F + xR + yU (directions for an origin at a point, start points at infinity), with F the
+//! On a tile, where column x and row y count from its first ray, the edge functions and the depth key are affine,
+//! v = c + xv_x + yv_y. The rays are F + xR + yU (directions for an origin at a point, start points at infinity), with F the
 //! first ray of the tile: all exact. For an origin at a point the edge a→b has n = (A + B)×(b − a) = 2A×B and v = d·n,
 //! so (c, v_x, v_y) = (n·F, n·R, n·U), and the key is 1/t = (d·N)/(A·N). At infinity n = D×(b − a) and 2e = ((p − a) +
 //! (p − b))·n, so c = ((F − a) + (F − b))·n, and the key is −t = (p − a)·N/(D·N). Greater keys are nearer.

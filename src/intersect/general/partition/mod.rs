@@ -59,7 +59,7 @@ enum Lists<'o> {
     /// Where they were.
     InPlace([&'o mut [u32]; 2]),
     /// In lists of their own: some are in both.
-    Voxels(Halves<'o>),
+    Voxels(Box<Halves<'o>>),
 }
 
 impl Parts<'_> {
@@ -67,7 +67,10 @@ impl Parts<'_> {
     pub(crate) fn objects(&mut self) -> [&mut [u32]; 2] {
         match &mut self.lists {
             Lists::InPlace([left, right]) => [left, right],
-            Lists::Voxels(Halves { lists: [left, right], .. }) => [left, right],
+            Lists::Voxels(halves) => {
+                let [left, right] = &mut halves.lists;
+                [left, right]
+            }
         }
     }
 }
@@ -101,7 +104,7 @@ impl<'a> Partitioner<'a> {
                 if let Some(halves) = Halves::new(self.triangles, objects, bounds, self.ledger) {
                     stats.references_made += halves.references();
                     let (bounds, axis) = (halves.bounds, halves.axis);
-                    let lists = Lists::Voxels(halves);
+                    let lists = Lists::Voxels(Box::new(halves));
                     return Parts {
                         lists,
                         bounds,
