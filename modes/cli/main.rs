@@ -2,8 +2,11 @@
 
 mod args;
 mod bake;
+mod common;
+mod info;
 mod interrupt;
 mod machine;
+mod memory;
 mod options;
 mod picture;
 mod probe;
@@ -11,6 +14,7 @@ mod refusal;
 mod render;
 mod report;
 mod reyes;
+mod run;
 mod shadow;
 mod trade;
 mod visible;
@@ -48,6 +52,6 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Reyes(args) => reyes::reyes(args, &cli.common),
         Command::Trade(args) => trade::trade(args, &cli.common),
         Command::Verify(args) => render::verify_scene(args, &cli.common),
-        Command::Info(args) => render::info_scene(args, &cli.common),
+        Command::Info(args) => info::info_scene(args, &cli.common),
     })
 }

@@ -18,13 +18,13 @@ use umbel::bake::{Bake, BakeOptions, SampleSet};
 use umbel::measure::{ErrorEstimate, PowerLaw};
 use umbel::{Error, Frame, Triangles};
 
-use crate::args::Common;
-use crate::bake;
+use crate::bake::run;
 use crate::bake::sample::{Sample, item_values};
 use crate::bake::source::Source;
+use crate::common::Common;
+use crate::options::dial::REFERENCE_SEED;
 use crate::options::dial::{Choice, Clock, Goal, Tried, cheapest, ladder};
 use crate::report::Times;
-use crate::trade::subject::REFERENCE_SEED;
 
 /// Receivers of a sample: the root of a mean square is known to a few percent.
 const SAMPLE: usize = 1024;
@@ -131,7 +131,7 @@ impl Dial<'_> {
             let rays = directions / per_ray;
             let (bake, run) = (Bake::new(BakeOptions { rays, ..self.options })?, Instant::now());
             let frames = (self.piece, self.options.bent);
-            bake::run(&bake, (self.source, self.triangles), frames, self.common, &mut Times::default())?;
+            run::run(&bake, (self.source, self.triangles), frames, self.common, &mut Times::default())?;
             clock.push(f64::from(bake.directions() as u32), run);
             let fitting = clock.work_in(left());
             // One more run that takes an eighth of the time, for as long as the last one was shorter.

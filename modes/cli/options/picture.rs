@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use umbel::{Aov, Error};
 
-use crate::picture::extension;
+use crate::options::parse::extension;
 
 /// What is made of the rays.
 #[derive(Debug, Args)]
