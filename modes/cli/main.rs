@@ -2,9 +2,12 @@
 
 mod args;
 mod bake;
+mod common;
 mod file_names;
+mod info;
 mod interrupt;
 mod machine;
+mod memory;
 mod options;
 mod picture;
 mod probe;
@@ -12,6 +15,7 @@ mod refusal;
 mod render;
 mod report;
 mod reyes;
+mod run;
 mod shadow;
 mod trade;
 mod visible;
@@ -50,6 +54,6 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Reyes(args) => reyes::reyes(args, &cli.common),
         Command::Trade(args) => trade::trade(args, &cli.common),
         Command::Verify(args) => render::verify_scene(args, &cli.common),
-        Command::Info(args) => render::info_scene(args, &cli.common),
+        Command::Info(args) => info::info_scene(args, &cli.common),
     })
 }

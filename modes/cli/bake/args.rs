@@ -13,8 +13,8 @@ use crate::bake::gltf;
 use crate::bake::sampling_args::SamplingArgs;
 use crate::options::camera::refuse_first;
 use crate::options::dial::DialArgs;
+use crate::options::parse::extension;
 use crate::options::parse::parse_vector;
-use crate::picture::extension;
 use crate::reyes::args::MadeArgs;
 
 /// Texels of the margin where none are asked for: four for a texture that is halved twice.

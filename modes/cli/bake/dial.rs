@@ -19,13 +19,13 @@ use umbel::bake::{Bake, BakeOptions, SampleSet};
 use umbel::measure::{ErrorEstimate, PowerLaw};
 use umbel::{Error, Frame, Triangles};
 
-use crate::args::Common;
-use crate::bake;
+use crate::bake::run;
 use crate::bake::sample::{Sample, item_values};
 use crate::bake::source::{Results, Source};
+use crate::common::Common;
+use crate::options::dial::REFERENCE_SEED;
 use crate::options::dial::{Choice, Clock, Goal, Tried, cheapest, ladder};
 use crate::report::Times;
-use crate::trade::subject::REFERENCE_SEED;
 
 /// Receivers of a sample: the root of a mean square is known to a few percent.
 const SAMPLE: usize = 1024;
@@ -150,7 +150,7 @@ impl Dial<'_> {
             let rays = directions / per_ray;
             let (bake, run) = (Bake::new(BakeOptions { rays, ..self.options })?, Instant::now());
             let (frames, mut times) = ((self.piece, self.options.bent), Times::default());
-            let found = bake::run(&bake, (self.source, self.triangles), frames, self.common, &mut times)?;
+            let found = run::run(&bake, (self.source, self.triangles), frames, self.common, &mut times)?;
             clock.push(f64::from(bake.directions() as u32), run);
             let fitting = clock.work_in(left());
             // One more run that takes an eighth of the time, for as long as the last one was shorter.

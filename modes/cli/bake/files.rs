@@ -11,11 +11,11 @@ use umbel::files::{
 };
 use umbel::{Error, Scene};
 
-use crate::args::Common;
 use crate::bake::args::{BakeArgs, MARGIN};
 use crate::bake::gltf::Patched;
 use crate::bake::source::{Results, Source, Values};
-use crate::picture::extension;
+use crate::common::Common;
+use crate::options::parse::extension;
 
 /// What is written, and what from.
 pub(crate) struct Files<'a> {

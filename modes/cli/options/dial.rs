@@ -7,8 +7,11 @@ use serde_json::{Value, json};
 use umbel::Error;
 use umbel::measure::ErrorEstimate;
 
-use crate::args::Common;
+use crate::common::Common;
 use crate::options::camera::refuse_first;
+
+/// What the seed of a reference differs by.
+pub(crate) const REFERENCE_SEED: u64 = 0x5eed_0000_0000_0001;
 
 /// Options that have the command choose a setting by itself.
 #[derive(Debug, Args)]

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use umbel::{Aov, Error};
 
-use crate::picture::extension;
+use crate::options::parse::extension;
 
 /// The picture where nothing at all was asked for.
 const UNNAMED: &str = "umbel.png";

@@ -10,8 +10,8 @@ use umbel::surfaces::{Displacement, HeightMap, Noise, Relief};
 use umbel::{Aov, Error, LoadOptions};
 
 use crate::options::camera::{CameraArgs, LensArg};
+use crate::options::lights::LightArgs;
 use crate::options::picture::PictureArgs;
-use crate::shadow::args::LightArgs;
 
 #[derive(Debug, Args)]
 pub(crate) struct ReyesArgs {

@@ -7,7 +7,7 @@ use umbel::files::{
     Array, Channel, Samples, write_exr, write_ktx2_cube, write_npy, write_png_rgb8, write_png_rgba8,
 };
 
-use crate::picture::extension;
+use crate::options::parse::extension;
 
 /// What stands for the number of the light in a name.
 const LIGHT: &str = "{light}";

@@ -6,9 +6,9 @@ use umbel::engine::Aabb;
 use umbel::formats::{SurfaceScene, load_surfaces, names_surfaces, surface_view};
 use umbel::{Camera, Error, LoadOptions, Scene, load};
 
-use crate::args::Common;
-use crate::render::{load_scene, say};
+use crate::common::Common;
 use crate::report::{Times, timed};
+use crate::run::{load_scene, say};
 use crate::shadow::args::ShadowArgs;
 
 /// What is seen: triangles, or a surface on demand; and occluders, which are not.

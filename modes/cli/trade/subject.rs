@@ -12,15 +12,14 @@ use umbel::scene::Shot;
 use umbel::shadow::{CubeMap, MaskCounts, Receivers, cube_map, receivers};
 use umbel::{Camera, Error, Frame, Hits, Options, Origin, Scene, Triangles, VisibilityBuffer, closest_hit};
 
-use crate::args::{Cli, Command, Common, RenderArgs};
-use crate::bake;
+use crate::args::{Cli, Command, RenderArgs};
+use crate::bake::run;
 use crate::bake::source::{Source, Values};
+use crate::common::Common;
+use crate::options::dial::REFERENCE_SEED;
 use crate::report::{Times, timed};
 use crate::reyes::args::ReyesArgs;
 use crate::shadow::args::ShadowArgs;
-
-/// What the seed of a reference differs by.
-pub(crate) const REFERENCE_SEED: u64 = 0x5eed_0000_0000_0001;
 
 /// What a setting answers, and how long that took.
 #[derive(Debug, Default)]
@@ -196,7 +195,7 @@ impl BakeSubject<'_> {
     fn run(&self, options: BakeOptions, common: &Common) -> Result<Answer, Error> {
         let (bake, mut times) = (Bake::new(options)?, Times::default());
         let found =
-            bake::run(&bake, (&self.source, &self.triangles), (self.piece, false), common, &mut times)?;
+            run::run(&bake, (&self.source, &self.triangles), (self.piece, false), common, &mut times)?;
         let values = match found.values {
             Values::List(values, _) => values,
             Values::Image(image, _) => image.values().as_flattened().to_vec(),
