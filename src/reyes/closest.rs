@@ -7,16 +7,17 @@
 //!     a tile: nearest first: drop what is hidden; open, or dice and sample what is ready
 //! ```
 //!
-//! Opening expands a group or splits a patch, see [`crate::reyes::dice`]. So tiles share the work on objects that are larger than
-//! they are, hidden objects are never opened but for those few, and nothing is kept: a list of objects per film that is being
-//! halved, one grid per thread, and what the rays of a tile have hit.
+//! Opening expands a group or splits a patch, see [`crate::reyes::dice`]. So tiles share the work on objects that are
+//! larger than they are, hidden objects are never opened but for those few, and nothing is kept: a list of objects per
+//! film that is being halved, one grid per thread, and what the rays of a tile have hit.
 //!
-//! A list holds one object for [`PIXELS`] rays, and at most [`WIDE`]. Lists of 64 for every film took 2.2 times as long for a
-//! displaced cage, whose patches each of many tiles had to open anew, and 1.1 times for terrain. Lists of 1024 for every film open
-//! what is hidden, too: 128 sheets behind each other took 2.5 times as long as the first, and take 1.4 times so.
+//! A list holds one object for [`PIXELS`] rays, and at most [`WIDE`]. Lists of 64 for every film took 2.2 times as long
+//! for a displaced cage, whose patches each of many tiles had to open anew, and 1.1 times for terrain. Lists of 1024
+//! for every film open what is hidden, too: 128 sheets behind each other took 2.5 times as long as the first, and take
+//! 1.4 times so.
 //!
-//! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987; Alexander Keller
-//! and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure", 2011.
+//! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987; Alexander
+//! Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure", 2011.
 
 use std::mem::size_of;
 use std::sync::{Mutex, PoisonError};
@@ -52,14 +53,15 @@ const PIXELS: usize = 64;
 
 /// Finds the nearest surface along each ray, making surfaces where they are needed only.
 ///
-/// Patches are diced into micropolygons as the density of the rays asks: see [`Dicing`]. What a ray sees is exact for those
-/// micropolygons, and the same on every path, thread count and machine; so is what lies between two grids, as they never
-/// leave a crack. Runs on the current rayon pool. Memory does not grow with the number of micropolygons: see
-/// [`Stats::engine_bytes`]. [`crate::options::Accuracy`] changes nothing here. [`Path::General`] makes all triangles first, see [`crate::reyes::reference::dice_all`].
+/// Patches are diced into micropolygons as the density of the rays asks: see [`Dicing`]. What a ray sees is exact for
+/// those micropolygons, and the same on every path, thread count and machine; so is what lies between two grids, as
+/// they never leave a crack. Runs on the current rayon pool. Memory does not grow with the number of micropolygons: see
+/// [`Stats::engine_bytes`]. [`crate::options::Accuracy`] changes nothing here. [`Path::General`] makes all triangles
+/// first, see [`crate::reyes::reference::dice_all`].
 ///
 /// # Errors
-/// When a film is scattered, the shading rate is out of range, a surface gives points that are not finite, or the thread
-/// flushes subnormal numbers to zero.
+/// When a film is scattered, the shading rate is out of range, a surface gives points that are not finite, or the
+/// thread flushes subnormal numbers to zero.
 pub fn closest_hit_on_demand<S: OnDemand>(
     surfaces: &S,
     pencil: &Pencil,
@@ -72,8 +74,8 @@ pub fn closest_hit_on_demand<S: OnDemand>(
 }
 
 impl SurfaceHits {
-    /// Finds the nearest surface along each ray, as [`closest_hit_on_demand`] does, in the memory of these hits: for as many rays as
-    /// before none is asked of the system, which takes longer than a frame of few micropolygons.
+    /// Finds the nearest surface along each ray, as [`closest_hit_on_demand`] does, in the memory of these hits: for as
+    /// many rays as before none is asked of the system, which takes longer than a frame of few micropolygons.
     ///
     /// # Errors
     /// As of [`closest_hit_on_demand`]; then these hits are those of no rays in particular.
@@ -203,8 +205,8 @@ impl<'a, S: OnDemand> SurfaceQuery<'_, 'a, S> {
     }
 }
 
-/// Opens objects that both halves would open, the largest first, until there are many. The size of the others becomes 0.
-/// Each round opens those of at least half the greatest size.
+/// Opens objects that both halves would open, the largest first, until there are many. The size of the others becomes
+/// 0. Each round opens those of at least half the greatest size.
 fn refine<S: OnDemand>(
     objects: &mut Vec<Item<S::Object>>,
     halves: &[Frustum; 2],

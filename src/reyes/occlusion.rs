@@ -1,14 +1,15 @@
 //! Ambient occlusion by surfaces on demand: diced as finely as receivers are apart, tested exactly, and forgotten.
 //!
-//! Rays leave all over the box of the receivers to all sides, so no pencil tells how finely a surface is to be diced: it is as
-//! fine as they are apart at their start, and coarser the farther away, see [`Around`]. A round of micropolygons goes, with the
-//! triangles that receivers lie on, through the query for triangles; a ray is open iff it is in every round.
+//! Rays leave all over the box of the receivers to all sides, so no pencil tells how finely a surface is to be diced:
+//! it is as fine as they are apart at their start, and coarser the farther away, see [`Around`]. A round of
+//! micropolygons goes, with the triangles that receivers lie on, through the query for triangles; a ray is open iff it
+//! is in every round.
 //!
-//! Memory: [`ROUND`] triangles and what the query takes for them, about 150 bytes each; nothing grows with the number of
-//! micropolygons.
+//! Memory: [`ROUND`] triangles and what the query takes for them, about 150 bytes each; nothing grows with the number
+//! of micropolygons.
 //!
-//! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987; Per Christensen,
-//! "Point-Based Approximate Color Bleeding", 2008 (coarser with the distance).
+//! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987; Per
+//! Christensen, "Point-Based Approximate Color Bleeding", 2008 (coarser with the distance).
 
 use rayon::prelude::*;
 
@@ -42,12 +43,12 @@ const SLACK: f64 = 1.0 + 1e-9;
 
 /// Finds which rays of receivers neither triangles nor surfaces on demand occlude: see [`crate::query::open_rays`].
 ///
-/// Surfaces are diced for rays from all over the box of `around`, which should hold all receivers: so the answer for a receiver
-/// does not depend on which others are asked for. Exact for the micropolygons that come out.
+/// Surfaces are diced for rays from all over the box of `around`, which should hold all receivers: so the answer for a
+/// receiver does not depend on which others are asked for. Exact for the micropolygons that come out.
 ///
 /// # Errors
-/// As [`crate::query::open_rays`], and when `around` has no size, the shading rate is out of range, or a surface gives points that are
-/// not finite.
+/// As [`crate::query::open_rays`], and when `around` has no size, the shading rate is out of range, or a surface gives
+/// points that are not finite.
 pub fn open_rays_on_demand<S: OnDemand>(
     surfaces: &S,
     triangles: &Triangles<'_>,

@@ -52,8 +52,8 @@ impl DicedTriangles {
         &self.parameters
     }
 
-    /// The corners of each triangle. They come in the order of their surfaces' ids, then of their corners' coordinates: of
-    /// triangles at the same distance the first is the one that is seen.
+    /// The corners of each triangle. They come in the order of their surfaces' ids, then of their corners' coordinates:
+    /// of triangles at the same distance the first is the one that is seen.
     #[must_use]
     pub fn indices(&self) -> &[[u32; 3]] {
         &self.indices
@@ -121,12 +121,12 @@ impl DicedTriangles {
     }
 }
 
-/// Dices surfaces as a pencil's density asks, all of them: hidden ones, and those that no ray comes near. Memory grows with
-/// the number of micropolygons: about 70 bytes each.
+/// Dices surfaces as a pencil's density asks, all of them: hidden ones, and those that no ray comes near. Memory grows
+/// with the number of micropolygons: about 70 bytes each.
 ///
 /// # Errors
-/// When a film is scattered, the shading rate is out of range, a surface gives points that are not finite, or there are more
-/// than 2³² − 2 points or triangles.
+/// When a film is scattered, the shading rate is out of range, a surface gives points that are not finite, or there are
+/// more than 2³² − 2 points or triangles.
 pub fn dice_all<S: OnDemand>(
     surfaces: &S,
     pencil: &Pencil,

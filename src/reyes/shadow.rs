@@ -1,20 +1,22 @@
 //! Shadows of surfaces on demand: diced as the eye sees them, tested exactly, and forgotten.
 //!
-//! What casts a shadow is the surface that is seen: micropolygons are those of the *view*, wherever the light is. So a surface
-//! that is both seen and in the way casts the shadow of the very triangles that are seen, and has no acne: a receiver lies in
-//! its own triangle's plane or on the light's side of it, see [`crate::rays::receiver`], and its neighbours are decided exactly.
+//! What casts a shadow is the surface that is seen: micropolygons are those of the *view*, wherever the light is. So a
+//! surface that is both seen and in the way casts the shadow of the very triangles that are seen, and has no acne: a
+//! receiver lies in its own triangle's plane or on the light's side of it, see [`crate::rays::receiver`], and its
+//! neighbours are decided exactly.
 //!
 //! ```text
-//! for each cluster of receivers that the light sees side by side, on a film around them:
+//! for each tile of receivers that the light sees side by side, on a film around them:
 //!     nearest the roots first: drop objects outside the frustum of the film, and behind all receivers that are left
 //!     open what is left, or dice it; test the micropolygons, some thousands at a time
 //! ```
 //!
-//! A cluster is that of [`crate::intersect::irregular::shadow`], and micropolygons are tested as triangles are there. Memory: those that
-//! wait and a cluster for each thread, and the way to them; nothing grows with the number of micropolygons.
+//! A tile of receivers is that of [`crate::intersect::irregular::shadow`], and micropolygons are tested as triangles
+//! are there. Memory: those that wait and a tile for each thread, and the way to them; nothing grows with the number of
+//! micropolygons.
 //!
-//! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987; Gregory Johnson et
-//! al., "The Irregular Z-Buffer", 2005.
+//! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987; Gregory
+//! Johnson et al., "The Irregular Z-Buffer", 2005.
 
 use std::mem::size_of;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -61,8 +63,9 @@ const TOGETHER: usize = 1 << 11;
 
 /// Finds which receivers a light does not see because of surfaces on demand, diced as the rays of `view` ask.
 ///
-/// Exact for those micropolygons; as [`crate::query::shadowed`] in all else. The triangles of receivers are not asked for: on a
-/// micropolygon, a receiver is what [`Triangles::leave`] makes of [`crate::reyes::sample::hits::SurfaceHits::corners`].
+/// Exact for those micropolygons; as [`crate::query::shadowed`] in all else. The triangles of receivers are not asked
+/// for: on a micropolygon, a receiver is what [`Triangles::leave`] makes of
+/// [`crate::reyes::sample::hits::SurfaceHits::corners`].
 ///
 /// # Errors
 /// As [`crate::query::shadowed`] and [`crate::reyes::closest::closest_hit_on_demand`].
@@ -91,7 +94,7 @@ pub fn shadowed_on_demand<S: OnDemand>(
     in_pool(|| query.run())?
 }
 
-/// What all clusters share.
+/// What all tiles share.
 struct Query<'a, S: OnDemand> {
     surfaces: &'a S,
     density: &'a Density,
@@ -102,7 +105,7 @@ struct Query<'a, S: OnDemand> {
     level: Level,
 }
 
-/// What a thread keeps from cluster to cluster.
+/// What a thread keeps from tile to tile.
 struct Scratch<'a, S: OnDemand> {
     work: Box<Workspace<Packets<'a>>>,
     seen: Box<FacePoints>,
@@ -110,7 +113,7 @@ struct Scratch<'a, S: OnDemand> {
     waiting: GridTriangles,
 }
 
-/// The receivers of a cluster on one face.
+/// The receivers of a tile on one face.
 struct Face<'f> {
     /// Their indices.
     ids: &'f [u32],
@@ -119,15 +122,15 @@ struct Face<'f> {
 }
 
 impl<'a, S: OnDemand> Query<'a, S> {
-    /// Goes through all clusters.
+    /// Goes through all tiles.
     fn run(&self) -> Result<(Vec<bool>, Stats), Error> {
         let (count, light) = (self.receivers.len(), self.light);
         let order = along_curve(&LightGrid::new(light, self.receivers), count, self.level);
         let shadowed: Vec<AtomicBool> = (0..count).map(|_| AtomicBool::new(false)).collect();
-        let of_cluster = |scratch: &mut Scratch<'a, S>, ids: &[u32]| self.cluster(scratch, ids, &shadowed);
+        let of_tile = |scratch: &mut Scratch<'a, S>, ids: &[u32]| self.tile(scratch, ids, &shadowed);
         // Of bytes the larger remain: those of a thread.
-        let clusters = order.par_chunks(TILE_POINTS).map_init(|| self.scratch(), of_cluster);
-        let mut stats = clusters.try_reduce(Stats::default, |one, other| Ok(one.then(other)))?;
+        let tiles = order.par_chunks(TILE_POINTS).map_init(|| self.scratch(), of_tile);
+        let mut stats = tiles.try_reduce(Stats::default, |one, other| Ok(one.then(other)))?;
         let threads = stats.engine_bytes as usize * rayon::current_num_threads();
         let waiting = (TOGETHER as u64 + (1 << (2 * GRID_BITS))) * rayon::current_num_threads() as u64;
         stats.micropolygons_in_flight = stats.micropolygons.min(waiting);
@@ -145,8 +148,8 @@ impl<'a, S: OnDemand> Query<'a, S> {
         }
     }
 
-    /// Finds which receivers of a cluster are in shadow. Each has its own place among the answers.
-    fn cluster(
+    /// Finds which receivers of a tile are in shadow. Each has its own place among the answers.
+    fn tile(
         &self,
         scratch: &mut Scratch<'a, S>,
         ids: &[u32],

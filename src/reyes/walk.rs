@@ -7,8 +7,8 @@
 //!     else open it: its parts come next, from near to far, but for those that do not enter
 //! ```
 //!
-//! What enters, what is hidden and what becomes of a part that is ready is up to the [`Search`]. An item is opened in one
-//! place only, see [`Opener::open`].
+//! What enters, what is hidden and what becomes of a part that is ready is up to the [`Search`]. An item is opened in
+//! one place only, see [`Opener::open`].
 //!
 //! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987.
 
@@ -84,7 +84,8 @@ pub(crate) struct Opener<'a, S: OnDemand> {
 }
 
 impl<S: OnDemand> Opener<'_, S> {
-    /// Opens an item that is not ready: `each` gets its parts. One that turns out to be ready has none: its piece is returned.
+    /// Opens an item that is not ready: `each` gets its parts. One that turns out to be ready has none: its piece is
+    /// returned.
     #[inline(always)]
     pub(crate) fn open(
         &mut self,

@@ -44,8 +44,8 @@ const LIBRARY: [&[&str]; 8] = [
     &["formats", "shadow"],
     &["render", "bake", "measure"],
 ];
-/// Files whose findings wait: the paths by origin and by direction, until beams take their place, and surfaces on demand.
-const WAITING: [&str; 3] = ["src/intersect/by_origin/", "src/intersect/directions/", "src/reyes/"];
+/// Files whose findings wait: the paths by origin and by direction, until beams take their place.
+const WAITING: [&str; 2] = ["src/intersect/by_origin/", "src/intersect/directions/"];
 
 /// A source file of a crate.
 struct Source {

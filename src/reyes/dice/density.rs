@@ -1,26 +1,26 @@
 //! How dense the rays of a pencil are: lengths of lines of points in pixels, and the spacing of rays in a box.
 //!
-//! Lengths must be defined everywhere, behind the eye too, and must not depend on a sub-pencil: they decide how surfaces are
-//! diced. So nothing is projected. From an origin at a point the step from A to B (both from the origin) is the sine of
-//! their angle,
+//! Lengths must be defined everywhere, behind the eye too, and must not depend on a sub-pencil: they decide how
+//! surfaces are diced. So nothing is projected. From an origin at a point the step from A to B (both from the origin)
+//! is the sine of their angle,
 //!
 //! |A×B|/(|A||B|), or 2 less that where the angle is obtuse,
 //!
 //! over the angle of a pixel there. That of a film at distance f with pixels of side h is (h/f)·cos θ across and
 //! (h/f)·cos²θ along the direction away from its axis; the geometric mean stands for both, θ kept within the film. Of
-//! several films that hold the direction the densest counts. From infinity the step is |(B − A)×D|/|D| over the least side
-//! of a pixel. Every step has the same bits from A to B as from B to A, and so has their sum.
+//! several films that hold the direction the densest counts. From infinity the step is |(B − A)×D|/|D| over the least
+//! side of a pixel. Every step has the same bits from A to B as from B to A, and so has their sum.
 //!
-//! Positions are rounded to f32. Far from the origin a step of that can be as long as many pixels, and no line gets shorter
-//! than that however often it is halved. So a length is also known without what rounding may have added: each coordinate of
-//! a step from A to B counts as shorter by 2⁻²² of the greater of its two magnitudes, two to four units in the last place,
-//! while the middle of the step stays where it is.
+//! Positions are rounded to f32. Far from the origin a step of that can be as long as many pixels, and no line gets
+//! shorter than that however often it is halved. So a length is also known without what rounding may have added: each
+//! coordinate of a step from A to B counts as shorter by 2⁻²² of the greater of its two magnitudes, two to four units
+//! in the last place, while the middle of the step stays where it is.
 //!
-//! Rays that start all over a box and leave to all sides have no film. Around them a pixel is as wide as they are apart at their
-//! start, or the angle between them times the distance from the box, whichever is more, across any direction.
+//! Rays that start all over a box and leave to all sides have no film. Around them a pixel is as wide as they are apart
+//! at their start, or the angle between them times the distance from the box, whichever is more, across any direction.
 //!
-//! Based on: Matthew Fisher et al., "DiagSplit: Parallel, Crack-free, Adaptive Tessellation for Micropolygon Rendering",
-//! 2009 (the length of an edge from samples of it alone).
+//! Based on: Matthew Fisher et al., "DiagSplit: Parallel, Crack-free, Adaptive Tessellation for Micropolygon
+//! Rendering", 2009 (the length of an edge from samples of it alone).
 
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
@@ -134,8 +134,8 @@ impl Density {
         dispatch!(self.level, simd => self.lengths_lanes::<_, false>(simd, lines))
     }
 
-    /// Whether at least half of the length of a line may be due to rounding: its halves need not be shorter. The same from
-    /// either end.
+    /// Whether at least half of the length of a line may be due to rounding: its halves need not be shorter. The same
+    /// from either end.
     pub(crate) fn is_mostly_rounding(&self, line: &[[f32; 3]; SAMPLES], length: f64) -> bool {
         if !length.is_finite() {
             // Nor does halving mend points that are not finite: they are an error when the part is diced.
@@ -258,7 +258,8 @@ fn rounding(magnitude: f64) -> f64 {
     magnitude * ROUNDING[0] + ROUNDING[1]
 }
 
-/// The ends of steps that are shorter by what rounding may have added, around the same middles. The same from either end.
+/// The ends of steps that are shorter by what rounding may have added, around the same middles. The same from either
+/// end.
 #[inline(always)]
 fn drawn_together<S: Simd>([a, b]: [Points<S>; 2]) -> [Points<S>; 2] {
     let axis = |a: Lanes<S>, b: Lanes<S>| {

@@ -1,7 +1,7 @@
 //! Opens what a rule speaks of: groups into their parts, patches into smaller ones, and those into grids of points.
 //!
-//! What comes out of an object depends on the object and on the density of all rays, never on a sub-pencil. So it does not
-//! matter who opens it, how often, and what is dropped meanwhile.
+//! What comes out of an object depends on the object and on the density of all rays, never on a sub-pencil. So it does
+//! not matter who opens it, how often, and what is dropped meanwhile.
 //!
 //! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987.
 
@@ -72,8 +72,8 @@ impl<'a, S: OnDemand> Dicer<'a, S> {
             + self.points.capacity() * size_of::<[f32; 3]>()
     }
 
-    /// Appends the parts of a piece that is not ready. One that turns out to be ready has none: it is returned. `bounds` is
-    /// the box of the piece.
+    /// Appends the parts of a piece that is not ready. One that turns out to be ready has none: it is returned.
+    /// `bounds` is the box of the piece.
     pub(crate) fn open(
         &mut self,
         piece: &Piece<S::Object>,

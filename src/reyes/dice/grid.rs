@@ -12,8 +12,8 @@ pub(crate) struct GridOrigin {
 }
 
 impl GridOrigin {
-    /// The points of a triangle, counted through the grid, given the first corner of its quadrilateral and which of the two
-    /// it is.
+    /// The points of a triangle, counted through the grid, given the first corner of its quadrilateral and which of the
+    /// two it is.
     pub(crate) fn corners(&self, (first, second): (usize, bool)) -> [usize; 3] {
         let above = first + (1 << self.bits[0]) + 1;
         if second { [first, above + 1, above] } else { [first, first + 1, above + 1] }

@@ -1,8 +1,8 @@
 //! From a rule to grids of points: what rays can tell apart, how finely a patch is diced, and its parts without cracks.
 //!
-//! A file uses those above it: [`dicing`] and [`detail`] say how fine, [`rule`] is what a surface has to answer, [`density`]
-//! measures lines in pixels, [`patch`] keeps the rates of a part, [`dicer`] opens and dices, and [`grid`] and
-//! [`grid_triangles`] are what comes out.
+//! A file uses those above it: [`dicing`] and [`detail`] say how fine, [`rule`] is what a surface has to answer,
+//! [`density`] measures lines in pixels, [`patch`] keeps the rates of a part, [`dicer`] opens and dices, and [`grid`]
+//! and [`grid_triangles`] are what comes out.
 
 pub(crate) mod density;
 pub(crate) mod detail;

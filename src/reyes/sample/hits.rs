@@ -27,7 +27,8 @@ impl PartialEq for SurfaceHits {
 }
 
 impl SurfaceHits {
-    /// Makes room for some rays that are all going to be written. New memory is made of zeros that nobody has touched yet.
+    /// Makes room for some rays that are all going to be written. New memory is made of zeros that nobody has touched
+    /// yet.
     pub(crate) fn make_room(&mut self, rays: usize, corners: bool) {
         let kept = if corners { rays } else { 0 };
         if (self.ids.len(), self.corners.len()) != (rays, kept) {
@@ -80,8 +81,9 @@ impl SurfaceHits {
         &self.normals
     }
 
-    /// The corners of the micropolygons that are seen, as [`Triangles::leave`](crate::geometry::triangles::Triangles::leave) needs them: zeros where
-    /// there is a miss. Empty unless [`Dicing::keep_corners`](crate::reyes::dice::dicing::Dicing::keep_corners) was asked for.
+    /// The corners of the micropolygons that are seen, as
+    /// [`Triangles::leave`](crate::geometry::triangles::Triangles::leave) needs them: zeros where there is a miss.
+    /// Empty unless [`Dicing::keep_corners`](crate::reyes::dice::dicing::Dicing::keep_corners) was asked for.
     #[must_use]
     pub fn corners(&self) -> &[[[f32; 3]; 3]] {
         &self.corners
@@ -93,7 +95,8 @@ impl SurfaceHits {
         &self.tiles
     }
 
-    /// What each ray has cost on the general path, as [`Frame::pairs`](crate::query::frame::Frame::pairs) tells it; else empty.
+    /// What each ray has cost on the general path, as [`Frame::pairs`](crate::query::frame::Frame::pairs) tells it;
+    /// else empty.
     #[must_use]
     pub fn pairs(&self) -> &[u32] {
         &self.pairs

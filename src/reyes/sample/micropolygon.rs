@@ -1,7 +1,7 @@
 //! One of the two triangles of a micropolygon, and its order among others.
 //!
-//! Triangles at the same distance come in the order of their surfaces' ids, then of their corners and parameters. So the
-//! order is one of values alone, and it does not matter who found them, when, or how often.
+//! Triangles at the same distance come in the order of their surfaces' ids, then of their corners and parameters. So
+//! the order is one of values alone, and it does not matter who found them, when, or how often.
 
 use std::cmp::Ordering;
 

@@ -1,9 +1,9 @@
 //! What eight rays see of the micropolygons that they hit: distances, parameters and normals.
 //!
 //! With A = a − o and so on, N = (b − a)×(c − a), t = (A·N)/(d·N); the weights of the corners are those of
-//! [`crate::objects::barycentric`], and (u, v) is the weighted sum of the corners'. The normal is N/|N|: for f32 corners |N|² lies within
-//! the range of f64. One fixed sequence of operations, the same on every path and machine. Where the error of t leaves
-//! doubt about the nearest f32, the exact stage rounds.
+//! [`crate::objects::barycentric`], and (u, v) is the weighted sum of the corners'. The normal is N/|N|: for f32
+//! corners |N|² lies within the range of f64. One fixed sequence of operations, the same on every path and machine.
+//! Where the error of t leaves doubt about the nearest f32, the exact stage rounds.
 //!
 //! Based on: August Ferdinand Möbius, "Der barycentrische Calcul", 1827; Jonathan Shewchuk, "Adaptive Precision
 //! Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997 (static filters).
@@ -55,8 +55,8 @@ impl Seen {
         }
     }
 
-    /// What the rays of some lanes, with origins and directions, see of their triangles, which they hit. `ray` makes the ray
-    /// of a lane.
+    /// What the rays of some lanes, with origins and directions, see of their triangles, which they hit. `ray` makes
+    /// the ray of a lane.
     #[inline(always)]
     pub(crate) fn along<S: Simd>(
         &self,

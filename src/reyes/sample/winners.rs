@@ -1,9 +1,10 @@
 //! The nearest micropolygons of a tile's rays, while it is worked on.
 //!
-//! Each ray keeps bounds of its depth key, see [`crate::intersect::grid::tile_keys`], and the triangle that it has hit: its corners, and the
-//! place of its quadrilateral in a grid. Grids are forgotten when they have been sampled; what remains of one that some ray
-//! has hit is which part of which patch it was. Those that are hidden by now are dropped when there is no room for more, so
-//! that a tile takes as much memory as its rays, whatever the number of micropolygons.
+//! Each ray keeps bounds of its depth key, see [`crate::intersect::grid::tile_keys`], and the triangle that it has hit:
+//! its corners, and the place of its quadrilateral in a grid. Grids are forgotten when they have been sampled; what
+//! remains of one that some ray has hit is which part of which patch it was. Those that are hidden by now are dropped
+//! when there is no room for more, so that a tile takes as much memory as its rays, whatever the number of
+//! micropolygons.
 //!
 //! Based on: Edwin Catmull, "A Subdivision Algorithm for Computer Display of Curved Surfaces", 1974 (the z-buffer).
 
