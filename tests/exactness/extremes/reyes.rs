@@ -6,7 +6,8 @@ use std::collections::HashMap;
 use common::generators::Mesh;
 use umbel::engine::{Dicing, Film, GridFilm, OnDemand, Rays, closest_hit_on_demand, dice_all};
 use umbel::glam::DVec3;
-use umbel::surfaces::{Creases, DisplacedMesh, Displacement, Noise, Relief, SubdivisionSurface};
+use umbel::scene::Creases;
+use umbel::surfaces::{DisplacedMesh, Displacement, Noise, Relief, SubdivisionSurface};
 use umbel::{NO_TRIANGLE, Options, Origin, Path, Pencil, Scene};
 
 use super::table::{Row, isas};
