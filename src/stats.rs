@@ -25,8 +25,14 @@ pub struct Stats {
     pub doubtful_samples: u64,
     /// Pairs whose coverage f64 could not decide.
     pub ambiguous_coverage: u64,
+    /// Edge functions of exactly zero: the ray passes through an edge or a corner, and a rule decides.
+    pub edge_ties: u64,
     /// Pairs of hits whose order f64 could not decide.
     pub ambiguous_order: u64,
+    /// Hits of which f64 could not decide whether they lie within the interval of their ray.
+    pub ambiguous_limit: u64,
+    /// Hits whose distance f64 could not round to the nearest f32. Where a triangle faces the film, one for all rays of a tile.
+    pub ambiguous_distance: u64,
     /// Rays of samples by which the general path has chosen a partition.
     pub rays_sampled: u64,
     /// Steps of the general path that did not ask which rays meet a box, as a sample has said that most do.
@@ -76,7 +82,7 @@ impl Stats {
 
     /// All counters with their names, in a fixed order: for reports.
     #[must_use]
-    pub fn counters(&self) -> [(&'static str, u64); 25] {
+    pub fn counters(&self) -> [(&'static str, u64); 28] {
         [
             ("nodes", self.nodes),
             ("frustum_tests", self.frustum_tests),
@@ -88,7 +94,10 @@ impl Stats {
             ("samples_tested", self.samples_tested),
             ("doubtful_samples", self.doubtful_samples),
             ("ambiguous_coverage", self.ambiguous_coverage),
+            ("edge_ties", self.edge_ties),
             ("ambiguous_order", self.ambiguous_order),
+            ("ambiguous_limit", self.ambiguous_limit),
+            ("ambiguous_distance", self.ambiguous_distance),
             ("rays_sampled", self.rays_sampled),
             ("filters_skipped", self.filters_skipped),
             ("references_made", self.references_made),
@@ -116,7 +125,7 @@ impl Stats {
     }
 
     /// The counters in the order of [`Stats::counters`].
-    fn counters_mut(&mut self) -> [&mut u64; 25] {
+    fn counters_mut(&mut self) -> [&mut u64; 28] {
         [
             &mut self.nodes,
             &mut self.frustum_tests,
@@ -128,7 +137,10 @@ impl Stats {
             &mut self.samples_tested,
             &mut self.doubtful_samples,
             &mut self.ambiguous_coverage,
+            &mut self.edge_ties,
             &mut self.ambiguous_order,
+            &mut self.ambiguous_limit,
+            &mut self.ambiguous_distance,
             &mut self.rays_sampled,
             &mut self.filters_skipped,
             &mut self.references_made,

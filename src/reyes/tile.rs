@@ -43,7 +43,7 @@ pub(crate) fn see<S: OnDemand>(
     }
     dispatch!(query.level, simd => {
         for (y, row) in (0..).zip(&mut window.rows) {
-            work.samples.write(simd, tile, y, row);
+            work.samples.write(simd, tile, y, row, &mut stats);
         }
     });
     Ok(stats)

@@ -50,7 +50,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use fearless_simd::{Level, dispatch, prelude::*};
 use rayon::prelude::*;
 
-use crate::exact::predicates::{Distance, saturate};
+use crate::exact::distance::{Distance, saturate};
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangles;
 use crate::intersect::bundle::cull_space::{CulledRay, CullingSpace, OCTANTS, octant};
@@ -117,10 +117,10 @@ impl<'a> Objects<'a> {
                 for window in entries.chunks(WINDOW) {
                     let probes = window.iter().map(|entry| (entry.probe(first), entry.octant()));
                     stats = stats.plus(work.intersect(&query, probes)?);
-                    work.write(&query, |probe, id, t| {
+                    stats = stats.plus(work.write(&query, |probe, id, t| {
                         let place = (probe - first) as usize;
                         (ids[place], ts[place]) = (id, t);
-                    });
+                    }));
                     work.tested().for_each(|(probe, pairs)| counted[(probe - first) as usize] = pairs);
                 }
                 Some(stats)
@@ -256,8 +256,10 @@ impl Workspace {
         self.rays.iter().map(|ray| ray.probe).zip(self.tested.iter().copied())
     }
 
-    /// Tells the hits of a window: the probe, the triangle, and t, infinite unless the nearest was asked for.
-    fn write(&self, query: &Query<'_>, mut hit: impl FnMut(u32, u32, f32)) {
+    /// Tells the hits of a window: the probe, the triangle, and t, infinite unless the nearest was asked for. Counts what was rounded
+    /// exactly.
+    fn write(&self, query: &Query<'_>, mut hit: impl FnMut(u32, u32, f32)) -> Stats {
+        let mut stats = Stats::default();
         for ((culled, ray), Found { nearest, .. }) in self.rays.iter().zip(&self.exact).zip(&self.found) {
             if !nearest.is_hit() {
                 continue;
@@ -268,9 +270,10 @@ impl Workspace {
             } else if low == high {
                 low
             } else {
-                Distance::new(ray, &query.objects.triangles.triangle(nearest.id)).rounded()
+                Distance::new(ray, &query.objects.triangles.triangle(nearest.id)).rounded(&mut stats)
             };
             hit(culled.probe, nearest.id, t);
         }
+        stats
     }
 }

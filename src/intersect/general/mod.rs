@@ -27,7 +27,7 @@ pub(crate) mod slab;
 
 use std::mem::size_of;
 
-use crate::exact::predicates::Distance;
+use crate::exact::distance::Distance;
 use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::Triangles;
 use crate::intersect::general::partition::Split;
@@ -120,7 +120,7 @@ fn intersect_down_to(
             hits.ids[ray as usize] = nearest.id;
             if !any {
                 hits.ts[ray as usize] =
-                    Distance::new(&probes.ray(ray), &triangles.triangle(nearest.id)).rounded();
+                    Distance::new(&probes.ray(ray), &triangles.triangle(nearest.id)).rounded(&mut stats);
             }
         }
     }

@@ -301,7 +301,7 @@ impl Tile<'_, TileDepth> {
         let exact = accuracy == Accuracy::Exact;
         if exact {
             let triangle = triangles.triangle(id);
-            if !covers(&ray(), &triangle, origin.ties(), &mut stats.ambiguous_coverage) {
+            if !covers(&ray(), &triangle, origin.ties(), stats) {
                 return false;
             }
         }
@@ -314,7 +314,7 @@ impl Tile<'_, TileDepth> {
             None => true,
             Some((nearest, _)) if candidate.lo > nearest.hi => true,
             Some((nearest, _)) if candidate.hi < nearest.lo => false,
-            Some((_, other)) if exact => precedes(&ray(), id, other, triangles, &mut stats.ambiguous_order),
+            Some((_, other)) if exact => precedes(&ray(), id, other, triangles, stats),
             Some((nearest, other)) => {
                 let [c, x, y, _] = self.work.setups.key.each_ref().map(|part| part[lane]);
                 let key = c + x * f64::from(i) + y * f64::from(j);

@@ -113,8 +113,8 @@ fn split_film(query: FilmQuery<'_>, runs: &Runs, window: Window<'_>) -> Vec<(Rec
     let in_tile = |work: &mut Box<Workspace<TileDepth>>, mut window: Window<'_>| {
         work.depth.keys.clear(window.rect.width(), window.rect.height());
         let mut tile = Tile::new(query, window.rect, Interval { lo: 0.0, hi: 0.0 }, work);
-        let stats = intersect_objects(&mut tile, runs);
-        tile.write(&mut window);
+        let mut stats = intersect_objects(&mut tile, runs);
+        tile.write(&mut window, &mut stats);
         (window.rect, stats)
     };
     window
