@@ -190,7 +190,7 @@ impl Fraction {
 }
 
 /// The axis that a triangle's plane lies across, if all corners have the same coordinate. The triangle has an area.
-fn across(&Triangle { a, b, c }: &Triangle) -> Option<usize> {
+pub(crate) fn across(&Triangle { a, b, c }: &Triangle) -> Option<usize> {
     (0..3).find(|&k| a[k] == b[k] && b[k] == c[k])
 }
 

@@ -79,12 +79,10 @@ fn covers_exact(
     stats: &mut Stats,
 ) -> bool {
     let Triangle { a, b, c } = *triangle;
-    let o = ray.origin;
-    // The plane holds the origin.
-    if known.1.is_none() && (o == a || o == b || o == c) {
+    if known.1.is_none() && triangle.has_corner(ray.origin) {
         return false;
     }
-    let points = [a, b, c, o];
+    let points = [a, b, c, ray.origin];
     match (small(&points), small(&[ray.direction])) {
         (Some((points, _)), Some(([d], _))) => covers_on_grid(&points, &d, ties, known, stats),
         _ => covers_on_grid(&wide(&points).0, &wide(&[ray.direction]).0[0], ties, known, stats),
@@ -201,6 +199,9 @@ fn exact_facing(direction: DVec3, triangle: &Triangle) -> Sign {
 /// covers it. All of that are orientations of given points, with d = p − l.
 pub(crate) fn separates(triangle: &Triangle, l: DVec3, p: DVec3, stats: &mut Stats) -> bool {
     let Triangle { a, b, c } = *triangle;
+    if triangle.has_corner(l) || triangle.has_corner(p) {
+        return false;
+    }
     let normal = Cross::of(b - a, c - a);
     let sides = [l, p].map(|point| normal.dot(a - point).sign());
     if let [Some(of_l), Some(of_p)] = sides
@@ -246,17 +247,17 @@ fn separates_exactly(
             && line_covers(&from_l, &difference(p, l), Ties::Direction, (edges, side), stats)
     }
     let Triangle { a, b, c } = *triangle;
-    let [of_l, of_p] = known.1;
-    let is_corner = |point: DVec3| point == a || point == b || point == c;
-    // The plane holds the point.
-    if of_l.is_none() && is_corner(l) || of_p.is_none() && is_corner(p) {
-        return false;
-    }
     let points = [a, b, c, l, p];
     match small(&points) {
         Some((points, _)) => on_grid(&points, known, stats),
         None => on_grid(&wide(&points).0, known, stats),
     }
+}
+
+/// Whether two triangles with area lie in one plane, exactly. Such triangles have the same t along every ray.
+pub(crate) fn coplanar(first: &Triangle, second: &Triangle) -> bool {
+    let Triangle { a, b, c } = *first;
+    [second.a, second.b, second.c].iter().all(|&p| orientation(a, b, c, p) == Sign::Zero)
 }
 
 /// Whether the corners of a triangle lie on one line, exactly: no component of its normal differs from zero.

@@ -245,6 +245,7 @@ impl AmbientRay {
     /// Whether a triangle occludes it, exactly.
     pub(crate) fn is_blocked_by(&self, id: u32, triangle: &Triangle, stats: &mut Stats) -> bool {
         self.owner != id
+            && !triangle.has_corner(self.ray.origin)
             && covers(&self.ray, triangle, Ties::Origin, stats)
             && (self.back_faces || facing(self.ray.direction, triangle) == Sign::Negative)
             && within_interval(&self.ray, &Distance::new(&self.ray, triangle), stats)

@@ -75,7 +75,9 @@ pub(crate) fn blocks(
         Origin::Point(point) => receiver.segment(point).is_blocked_by(id, triangle, stats),
         Origin::Infinity(direction) => {
             let ray = Ray::new(widen(receiver.point), -direction);
-            receiver.triangle.0 != id && covers(&ray, triangle, Ties::Origin, stats)
+            receiver.triangle.0 != id
+                && !triangle.has_corner(ray.origin)
+                && covers(&ray, triangle, Ties::Origin, stats)
         }
     }
 }

@@ -58,6 +58,11 @@ pub(crate) trait LeafDepth: Sized {
     /// keys are at most `key`.
     fn meets<S: Simd>(&self, simd: S, rect: Rect, key: f32) -> u64;
 
+    /// Whether a triangle that may meet the tile need not be tested, as it is the copy of another one.
+    fn drops_copy(&mut self, _triangles: &Triangles<'_>, _id: u32) -> bool {
+        false
+    }
+
     /// Brings up to date what hides things.
     fn refresh<S: Simd>(&mut self, simd: S);
 
@@ -200,12 +205,13 @@ impl<'a, D: LeafDepth> Tile<'a, D> {
         for lane in bits(self.work.footprints.meeting(simd, pixels, run, self.rect)) {
             let (rect, greatest) = self.work.footprints.within(pixels, (run, lane), self.rect);
             let met = self.work.depth.meets(simd, rect, greatest);
-            if met == 0 {
+            let id = runs.id(run, lane);
+            if met == 0 || self.work.depth.drops_copy(triangles, id) {
                 continue;
             }
             let waiting = &mut self.work.waiting;
             let place = waiting.count % LANES;
-            waiting.ids[place] = runs.id(run, lane);
+            waiting.ids[place] = id;
             waiting.count += 1;
             (waiting.met[place], waiting.greatest[place]) = ((rect, met), greatest);
             waiting.irregular |= (irregular >> lane & 1) << place;

@@ -111,7 +111,7 @@ pub(crate) fn tile_stats(film: usize) -> impl Fn((Rect, Stats)) -> TileStats {
 /// Splits the rays of a film down to tiles, and works on them in parallel.
 fn split_film(query: FilmQuery<'_>, runs: &Runs, window: Window<'_>) -> Vec<(Rect, Stats)> {
     let in_tile = |work: &mut Box<Workspace<TileDepth>>, mut window: Window<'_>| {
-        work.depth.keys.clear(window.rect.width(), window.rect.height());
+        work.depth.clear(window.rect.width(), window.rect.height());
         let mut tile = Tile::new(query, window.rect, Interval { lo: 0.0, hi: 0.0 }, work);
         let mut stats = intersect_objects(&mut tile, runs);
         tile.write(&mut window, &mut stats);
@@ -156,7 +156,8 @@ fn descend(rays: &mut impl SubPencil, runs: &Runs, node: Node, stats: &mut Stats
         kept += 1;
     }
     let near_first = &mut near_first[..kept];
-    near_first.sort_unstable_by(|&one, &other| ts[one].total_cmp(&ts[other]));
+    // Of equal ones the first: copies of a mesh come one after the other.
+    near_first.sort_unstable_by(|&one, &other| ts[one].total_cmp(&ts[other]).then(one.cmp(&other)));
     for &mut lane in near_first {
         if rays.hides(ts[lane]) {
             stats.culled_by_depth += 1;
