@@ -50,8 +50,14 @@ counters! {
     doubtful_samples,
     /// Pairs whose coverage f64 could not decide.
     ambiguous_coverage,
+    /// Edge functions of exactly zero: the ray passes through an edge or a corner, and a rule decides.
+    edge_ties,
     /// Pairs of hits whose order f64 could not decide.
     ambiguous_order,
+    /// Hits of which f64 could not decide whether they lie within the interval of their ray.
+    ambiguous_limit,
+    /// Hits whose distance f64 could not round to the nearest f32. Where a triangle faces the film, one for all rays of a tile.
+    ambiguous_distance,
     /// Rays of samples by which the general path has chosen a partition.
     rays_sampled,
     /// Steps of the general path that did not ask which rays meet a box, as a sample has said that most do.

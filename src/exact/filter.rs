@@ -13,6 +13,8 @@
 //! Based on: Jonathan Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates",
 //! 1997; Nicholas Higham, "Accuracy and Stability of Numerical Algorithms", 2002 (γₙ = nu/(1 − nu)).
 
+use std::cmp::Ordering;
+
 use glam::DVec3;
 
 use crate::geometry::aabb::U;
@@ -40,6 +42,15 @@ impl Sign {
             Self::Negative
         } else {
             Self::Zero
+        }
+    }
+
+    /// The sign of x − y, from their order.
+    pub(crate) fn of_order(order: Ordering) -> Self {
+        match order {
+            Ordering::Less => Self::Negative,
+            Ordering::Equal => Self::Zero,
+            Ordering::Greater => Self::Positive,
         }
     }
 

@@ -1,5 +1,8 @@
-//! Decisions that are those of exact arithmetic: numbers that know their error, expansions, and the predicates of design section 5.
+//! Decisions that are those of exact arithmetic: numbers that know their error, integers of fixed size, and the predicates of design section 5.
 
+pub(crate) mod distance;
 pub(crate) mod expansion;
 pub(crate) mod filter;
+mod integer;
 pub(crate) mod predicates;
+mod wide;

@@ -1,33 +1,43 @@
-//! Every decision about one ray and one triangle, exact: f64 with a bound first, expansions where the bound leaves doubt.
+//! Every decision about one ray and one triangle, exact: f64 with a bound first, integers where the bound leaves doubt.
 //!
 //! With A = a − o and so on, the edge function of the oriented edge a→b is e = d·(A×B) = d·(A×(b − a)), the normal
-//! N = (b − a)×(c − a), and t = (A·N)/(d·N). A triangle is hit iff its three edge signs agree and t > 0. An edge function
-//! of zero takes the sign of the first non-zero component of n: A×B where the direction is shifted (w = 1), d×(b − a)
-//! where the start point is (w = 0). A·N = 0 is never a hit: for w = 1 the plane holds the origin (seen edge-on or
-//! degenerate), for w = 0 it means t = 0. For w = 0, d·N = 0 is dropped as well.
+//! N = (b − a)×(c − a), and t = (A·N)/(d·N), see [`crate::exact::distance`]. A triangle is hit iff its three edge signs agree
+//! and t > 0. An edge function of zero takes the sign of the first non-zero component of n: A×B where the direction is
+//! shifted (w = 1), d×(b − a) where the start point is (w = 0). A·N = 0 is never a hit: for w = 1 the plane holds the origin
+//! (seen edge-on or degenerate), for w = 0 it means t = 0. For w = 0, d·N = 0 is dropped as well.
+//!
+//! The edge functions add up to d·N: where one of them is not zero and none has another sign, d·N has that sign. So d·N = 0 need
+//! be looked for only where all three are zero.
+//!
+//! Coincidences are ordinary, so the exact stage is no more than about twice the work of the filter: see
+//! [`crate::exact::integer`]. An origin at a corner, from where a triangle is never hit, is told by comparing bits.
 //!
 //! Based on: Jonathan Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates",
-//! 1997; Herbert Edelsbrunner and Ernst Mücke, "Simulation of Simplicity", 1990; Sven Woop, Carsten Benthin, Ingo Wald,
-//! "Watertight Ray/Triangle Intersection", 2013.
+//! 1997 (filters); Steven Fortune and Christopher Van Wyk, "Static Analysis Yields Efficient Exact Integer Arithmetic for
+//! Computational Geometry", 1996; Herbert Edelsbrunner and Ernst Mücke, "Simulation of Simplicity", 1990; Sven Woop,
+//! Carsten Benthin, Ingo Wald, "Watertight Ray/Triangle Intersection", 2013.
 
 use glam::DVec3;
-use robust::{Coord, Coord3D, orient2d, orient3d};
+use robust::{Coord, orient2d};
 
-use crate::exact::expansion::{Expansion, triple_product, two_sum};
-use crate::exact::filter::{Approx, Cross, Sign};
+use crate::exact::filter::{Cross, Sign};
+use crate::exact::integer::{Number, Triple, difference, small, wide};
 use crate::geometry::ray::{Ray, Ties};
 use crate::geometry::triangles::Triangle;
+use crate::stats::Stats;
 
 /// What the f64 filter says about a ray and a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Coverage {
+enum Coverage {
     Hit,
     Miss,
-    Ambiguous,
+    /// Some of the signs are in doubt: of the three edges, and of the side of the origin.
+    Ambiguous([Option<Sign>; 3], Option<Sign>),
 }
 
 /// Whether the ray hits the triangle at some t > 0, as far as f64 can tell.
-pub(crate) fn covers_filtered(ray: &Ray, triangle: &Triangle) -> Coverage {
+#[inline]
+fn covers_filtered(ray: &Ray, triangle: &Triangle) -> Coverage {
     let [a, b, c] = [triangle.a - ray.origin, triangle.b - ray.origin, triangle.c - ray.origin];
     let (ab, bc, ca) = (triangle.b - triangle.a, triangle.c - triangle.b, triangle.a - triangle.c);
     let signs =
@@ -44,231 +54,208 @@ pub(crate) fn covers_filtered(ray: &Ray, triangle: &Triangle) -> Coverage {
     }
     // For w = 0 the plane must not hold the direction: three certain edges of one sign say so too.
     let certain = side.is_some() && signs.iter().all(Option::is_some);
-    if certain { Coverage::Hit } else { Coverage::Ambiguous }
-}
-
-/// Whether the ray hits the triangle at some t > 0, decided exactly.
-pub(crate) fn covers_exact(ray: &Ray, triangle: &Triangle, ties: Ties) -> bool {
-    // A·(B×C) = A·N, the side of the origin.
-    let side = orientation(triangle.a, triangle.b, triangle.c, ray.origin);
-    if side == Sign::Zero {
-        return false;
-    }
-    if ties == Ties::Origin && facing(ray, triangle) != side {
-        return false;
-    }
-    triangle.edges().iter().all(|&(a, b)| edge_sign(ray, a, b, ties) == side)
+    if certain { Coverage::Hit } else { Coverage::Ambiguous(signs, side) }
 }
 
 /// Whether the ray hits the triangle at some t > 0: the filter, then the exact stage.
-pub(crate) fn covers(ray: &Ray, triangle: &Triangle, ties: Ties, ambiguous: &mut u64) -> bool {
+pub(crate) fn covers(ray: &Ray, triangle: &Triangle, ties: Ties, stats: &mut Stats) -> bool {
     match covers_filtered(ray, triangle) {
         Coverage::Hit => true,
         Coverage::Miss => false,
-        Coverage::Ambiguous => {
-            *ambiguous += 1;
-            covers_exact(ray, triangle, ties)
+        Coverage::Ambiguous(edges, side) => {
+            stats.ambiguous_coverage += 1;
+            covers_exact(ray, triangle, ties, (edges, side), stats)
         }
     }
 }
 
-/// The sign of (a − d)·((b − d)×(c − d)): robust's orientation.
+/// The same, given the signs that are known.
+#[inline(never)]
+fn covers_exact(
+    ray: &Ray,
+    triangle: &Triangle,
+    ties: Ties,
+    known: ([Option<Sign>; 3], Option<Sign>),
+    stats: &mut Stats,
+) -> bool {
+    let Triangle { a, b, c } = *triangle;
+    if known.1.is_none() && triangle.has_corner(ray.origin) {
+        return false;
+    }
+    let points = [a, b, c, ray.origin];
+    match (small(&points), small(&[ray.direction])) {
+        (Some((points, _)), Some(([d], _))) => covers_on_grid(&points, &d, ties, known, stats),
+        _ => covers_on_grid(&wide(&points).0, &wide(&[ray.direction]).0[0], ties, known, stats),
+    }
+}
+
+/// The same with nothing known: for tests of filters.
+#[cfg(test)]
+pub(crate) fn covers_unfiltered(ray: &Ray, triangle: &Triangle, ties: Ties) -> bool {
+    covers_exact(ray, triangle, ties, ([None; 3], None), &mut Stats::default())
+}
+
+/// The same for corners and origin, and a direction, on grids of their own.
+#[inline]
+fn covers_on_grid<N: Number>(
+    [a, b, c, o]: &[[N; 3]; 4],
+    d: &[N; 3],
+    ties: Ties,
+    (edges, side): ([Option<Sign>; 3], Option<Sign>),
+    stats: &mut Stats,
+) -> bool {
+    let corners = [difference(a, o), difference(b, o), difference(c, o)];
+    let side = side.unwrap_or_else(|| side_of(&corners));
+    side != Sign::Zero && line_covers(&corners, d, ties, (edges, side), stats)
+}
+
+/// The sign of A·(B×C) = A·N.
+#[inline]
+fn side_of<N: Number>([a, b, c]: &[[N; 3]; 3]) -> Sign {
+    N::triple(a, b, c).sign()
+}
+
+/// Whether all edge functions have the sign of the side of the origin, which is not zero, given the corners from there.
+#[inline]
+fn line_covers<N: Number>(
+    corners: &[[N; 3]; 3],
+    d: &[N; 3],
+    ties: Ties,
+    (edges, side): ([Option<Sign>; 3], Sign),
+    stats: &mut Stats,
+) -> bool {
+    let mut zeros = [false; 3];
+    for (k, edge) in edges.into_iter().enumerate() {
+        let (from, to) = (&corners[k], &corners[(k + 1) % 3]);
+        let sign = edge.unwrap_or_else(|| N::triple(d, from, to).sign());
+        if sign == side.negated() {
+            return false;
+        }
+        zeros[k] = sign == Sign::Zero;
+    }
+    // The plane holds the direction.
+    if zeros == [true; 3] {
+        return false;
+    }
+    (0..3).filter(|&k| zeros[k]).all(|k| {
+        stats.edge_ties += 1;
+        tie_sign(&corners[k], &corners[(k + 1) % 3], d, ties) == side
+    })
+}
+
+/// The sign of the first non-zero component of the normal of an edge from A to B.
+fn tie_sign<N: Number>(a: &[N; 3], b: &[N; 3], d: &[N; 3], ties: Ties) -> Sign {
+    let along = difference(b, a);
+    let (y, z) = match ties {
+        Ties::Direction => (a, b),
+        Ties::Origin => (d, &along),
+    };
+    let component = |k: usize| {
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        N::sign_of_minor(&y[i], &z[j], &y[j], &z[i])
+    };
+    (0..3).map(component).find(|&sign| sign != Sign::Zero).unwrap_or(Sign::Zero)
+}
+
+/// The sign of (a − d)·((b − d)×(c − d)), that of (a − d)·((b − a)×(c − a)).
+#[inline]
 pub(crate) fn orientation(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Sign {
-    let coord = |p: DVec3| Coord3D { x: p.x, y: p.y, z: p.z };
-    Sign::of(orient3d(coord(a), coord(b), coord(c), coord(d)))
+    let filtered = Cross::of(b - a, c - a).dot(a - d).sign();
+    filtered.unwrap_or_else(|| exact_orientation(a, b, c, d))
+}
+
+#[inline(never)]
+fn exact_orientation(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Sign {
+    fn on_grid<N: Number>([a, b, c, d]: &[[N; 3]; 4]) -> Sign {
+        N::triple(&difference(a, d), &difference(b, d), &difference(c, d)).sign()
+    }
+    if d == a || d == b || d == c {
+        return Sign::Zero;
+    }
+    let points = [a, b, c, d];
+    small(&points).map_or_else(|| on_grid(&wide(&points).0), |(points, _)| on_grid(&points))
 }
 
 /// The sign of d·N.
-pub(crate) fn facing(ray: &Ray, triangle: &Triangle) -> Sign {
-    let (ab, ac) = (triangle.b - triangle.a, triangle.c - triangle.a);
-    let filtered = Cross::of(ab, ac).dot(ray.direction).sign();
-    filtered.unwrap_or_else(|| exact_facing(ray, triangle).sign())
+#[inline]
+pub(crate) fn facing(direction: DVec3, triangle: &Triangle) -> Sign {
+    let filtered = Cross::of(triangle.b - triangle.a, triangle.c - triangle.a).dot(direction).sign();
+    filtered.unwrap_or_else(|| exact_facing(direction, triangle))
 }
 
-/// The sign of the edge function of a→b, ties broken: never zero unless the triangle is dropped anyway.
-fn edge_sign(ray: &Ray, a: DVec3, b: DVec3, ties: Ties) -> Sign {
-    // Mostly only one of the three edges is in doubt.
-    if let Some(sign) = Cross::of(a - ray.origin, b - a).dot(ray.direction).sign() {
-        return sign;
+#[inline(never)]
+fn exact_facing(direction: DVec3, triangle: &Triangle) -> Sign {
+    fn on_grid<N: Number>([a, b, c]: &[[N; 3]; 3], d: &[N; 3]) -> Sign {
+        N::triple(d, &difference(b, a), &difference(c, a)).sign()
     }
-    match exact_edge_sign(ray, a, b) {
-        Sign::Zero => tie_sign(ray, a, b, ties),
-        sign => sign,
-    }
-}
-
-/// The exact sign of d·((a − o)×(b − o)).
-fn exact_edge_sign(ray: &Ray, a: DVec3, b: DVec3) -> Sign {
-    let (from, to) = (exact_difference(a, ray.origin), exact_difference(b, ray.origin));
-    if let (Some(from), Some(to)) = (from, to) {
-        // A·(B×d) = d·(A×B), with exact A and B.
-        return orientation(from, to, ray.direction, DVec3::ZERO);
-    }
-    let direction = ray.direction.to_array().map(Expansion::of);
-    triple_product(&direction, &difference(a, ray.origin), &difference(b, ray.origin)).sign()
-}
-
-/// The sign of the first non-zero component of the edge's normal.
-pub(crate) fn tie_sign(ray: &Ray, a: DVec3, b: DVec3, ties: Ties) -> Sign {
-    for k in 0..3 {
-        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        let sign = match ties {
-            Ties::Direction => {
-                let coord = |p: DVec3| Coord { x: p[i], y: p[j] };
-                Sign::of(orient2d(coord(a), coord(b), coord(ray.origin)))
-            }
-            Ties::Origin => {
-                let d = ray.direction;
-                let first = Expansion::difference(b[j], a[j]).scaled(d[i]);
-                first.minus(&Expansion::difference(b[i], a[i]).scaled(d[j])).sign()
-            }
-        };
-        if sign != Sign::Zero {
-            return sign;
-        }
-    }
-    Sign::Zero
-}
-
-/// a − b where f64 holds it exactly.
-fn exact_difference(a: DVec3, b: DVec3) -> Option<DVec3> {
-    let parts = [0, 1, 2].map(|k| two_sum(a[k], -b[k]));
-    parts.iter().all(|&(_, tail)| tail == 0.0).then(|| DVec3::from_array(parts.map(|(sum, _)| sum)))
-}
-
-/// a − b exactly.
-fn difference(a: DVec3, b: DVec3) -> [Expansion; 3] {
-    [0, 1, 2].map(|k| Expansion::difference(a[k], b[k]))
-}
-
-/// d·N exactly.
-fn exact_facing(ray: &Ray, triangle: &Triangle) -> Expansion {
-    let (ab, ac) = (difference(triangle.b, triangle.a), difference(triangle.c, triangle.a));
-    triple_product(&ray.direction.to_array().map(Expansion::of), &ab, &ac)
-}
-
-/// The hit distance t = (A·N)/(d·N) as a fraction with a positive denominator. The ray must cover the triangle.
-pub(crate) struct Distance<'a> {
-    ray: &'a Ray,
-    triangle: &'a Triangle,
-    numerator: Approx,
-    denominator: Approx,
-    /// The signs of A·N and d·N, where certain.
-    signs: [Option<Sign>; 2],
-}
-
-impl<'a> Distance<'a> {
-    /// Prepares the distance along a ray that covers the triangle.
-    pub(crate) fn new(ray: &'a Ray, triangle: &'a Triangle) -> Self {
-        let normal = Cross::of(triangle.b - triangle.a, triangle.c - triangle.a);
-        let (numerator, denominator) = (normal.dot(triangle.a - ray.origin), normal.dot(ray.direction));
-        // t > 0, so both have the same sign, and the magnitudes are what matters.
-        let absolute = |x: Approx| Approx { value: x.value.abs(), error: x.error };
-        let signs = [numerator.sign(), denominator.sign()];
-        Self { ray, triangle, numerator: absolute(numerator), denominator: absolute(denominator), signs }
-    }
-
-    /// The same for a ray that may not cover the triangle: `None` where its plane certainly does not lie ahead.
-    #[inline]
-    pub(crate) fn ahead(ray: &'a Ray, triangle: &'a Triangle) -> Option<Self> {
-        let distance = Self::new(ray, triangle);
-        let Self { signs, numerator, .. } = distance;
-        // Where every product is zero nothing was rounded: the origin lies in the plane. Common where rays leave walls along an
-        // axis.
-        let within = numerator.value == 0.0 && numerator.error == 0.0;
-        let behind = signs[0].is_some() && signs[0] == signs[1].map(Sign::negated);
-        (!within && !behind).then_some(distance)
-    }
-
-    /// Bounds of t, rounded outward. The upper one may be infinite.
-    pub(crate) fn bounds(&self) -> (f64, f64) {
-        let (n, d) = (self.numerator, self.denominator);
-        // A sum or difference and a quotient: three roundings, 4u.
-        let slack = 4.0 * crate::geometry::aabb::U;
-        let least = (n.value - n.error) / (d.value + d.error) * (1.0 - slack);
-        let greatest = (n.value + n.error) / (d.value - d.error) * (1.0 + slack);
-        let least = if least > 0.0 { least } else { 0.0 };
-        (least, if greatest >= least { greatest } else { f64::INFINITY })
-    }
-
-    /// Numerator and denominator exactly, the denominator positive.
-    fn exact(&self) -> (Expansion, Expansion) {
-        let triangle = self.triangle;
-        let (ab, ac) = (difference(triangle.b, triangle.a), difference(triangle.c, triangle.a));
-        let numerator = triple_product(&difference(triangle.a, self.ray.origin), &ab, &ac);
-        let denominator = exact_facing(self.ray, triangle);
-        match denominator.sign() {
-            Sign::Negative => (numerator.negated(), denominator.negated()),
-            _ => (numerator, denominator),
-        }
-    }
-
-    /// The sign of t − x for finite x ≥ 0, decided exactly.
-    pub(crate) fn compare_to(&self, x: f64) -> Sign {
-        let (least, greatest) = self.bounds();
-        if greatest < x {
-            return Sign::Negative;
-        }
-        if least > x {
-            return Sign::Positive;
-        }
-        let (numerator, denominator) = self.exact();
-        numerator.minus(&denominator.scaled(x)).sign()
-    }
-
-    /// The sign of t − s for the distance s of another triangle along the same ray, decided exactly.
-    pub(crate) fn compare(&self, other: &Self, ambiguous: &mut u64) -> Sign {
-        let filtered = self.numerator.times(other.denominator).minus(other.numerator.times(self.denominator));
-        if let Some(sign) = filtered.sign() {
-            return sign;
-        }
-        *ambiguous += 1;
-        if coplanar(self.triangle, other.triangle) {
-            return Sign::Zero;
-        }
-        let ((n, d), (other_n, other_d)) = (self.exact(), other.exact());
-        n.times(&other_d).minus(&other_n.times(&d)).sign()
-    }
-
-    /// t rounded to the nearest f32, ties to even, at least 2⁻¹⁴⁹ and at most `f32::MAX`.
-    pub(crate) fn rounded(&self) -> f32 {
-        let (least, greatest) = self.bounds();
-        let (mut low, mut high) = (saturate(least), saturate(greatest));
-        // The f32 of a non-negative number grow with their bits: bisect until no rounding boundary lies between.
-        while low != high {
-            let middle = f32::from_bits(low.to_bits() + (high.to_bits() - low.to_bits()) / 2);
-            let above = f32::from_bits(middle.to_bits() + 1);
-            let boundary = (f64::from(middle) + f64::from(above)) * 0.5;
-            let up = match self.compare_to(boundary) {
-                Sign::Negative => false,
-                Sign::Positive => true,
-                Sign::Zero => middle.to_bits() % 2 == 1,
-            };
-            if up {
-                low = above;
-            } else {
-                high = middle;
-            }
-        }
-        low
+    let points = [triangle.a, triangle.b, triangle.c];
+    match (small(&points), small(&[direction])) {
+        (Some((points, _)), Some(([d], _))) => on_grid(&points, &d),
+        _ => on_grid(&wide(&points).0, &wide(&[direction]).0[0]),
     }
 }
 
-/// x to the nearest f32 in [2⁻¹⁴⁹, `f32::MAX`].
-pub(crate) fn saturate(x: f64) -> f32 {
-    let smallest = f32::from_bits(1);
-    let rounded = x as f32;
-    if rounded >= f32::MAX {
-        f32::MAX
-    } else if rounded >= smallest {
-        rounded
-    } else {
-        smallest
+/// Whether a triangle lies between two points: they are strictly on opposite sides of its plane, and the line from l through p
+/// covers it. All of that are orientations of given points, with d = p − l.
+pub(crate) fn separates(triangle: &Triangle, l: DVec3, p: DVec3, stats: &mut Stats) -> bool {
+    let Triangle { a, b, c } = *triangle;
+    if triangle.has_corner(l) || triangle.has_corner(p) {
+        return false;
+    }
+    let normal = Cross::of(b - a, c - a);
+    let sides = [l, p].map(|point| normal.dot(a - point).sign());
+    if let [Some(of_l), Some(of_p)] = sides
+        && of_l == of_p
+    {
+        return false;
+    }
+    let d = p - l;
+    let edges = triangle.edges().map(|(a, b)| Cross::of(a - l, b - a).dot(d).sign());
+    let any = |sign| edges.contains(&Some(sign));
+    let [of_l, of_p] = sides;
+    if any(Sign::Positive) && any(Sign::Negative)
+        || of_l.is_some_and(|side| any(side.negated()))
+        || of_p.is_some_and(any)
+    {
+        return false;
+    }
+    if of_l.is_some() && of_p.is_some() && edges.iter().all(Option::is_some) {
+        return true;
+    }
+    stats.ambiguous_coverage += 1;
+    separates_exactly(triangle, [l, p], (edges, sides), stats)
+}
+
+/// The same, given the signs that are known.
+#[inline(never)]
+fn separates_exactly(
+    triangle: &Triangle,
+    [l, p]: [DVec3; 2],
+    known: ([Option<Sign>; 3], [Option<Sign>; 2]),
+    stats: &mut Stats,
+) -> bool {
+    fn on_grid<N: Number>(
+        [a, b, c, l, p]: &[[N; 3]; 5],
+        (edges, [of_l, of_p]): ([Option<Sign>; 3], [Option<Sign>; 2]),
+        stats: &mut Stats,
+    ) -> bool {
+        let corners = |from| [difference(a, from), difference(b, from), difference(c, from)];
+        let from_l = corners(l);
+        let side = of_l.unwrap_or_else(|| side_of(&from_l));
+        side != Sign::Zero
+            && of_p.unwrap_or_else(|| side_of(&corners(p))) == side.negated()
+            && line_covers(&from_l, &difference(p, l), Ties::Direction, (edges, side), stats)
+    }
+    let Triangle { a, b, c } = *triangle;
+    let points = [a, b, c, l, p];
+    match small(&points) {
+        Some((points, _)) => on_grid(&points, known, stats),
+        None => on_grid(&wide(&points).0, known, stats),
     }
 }
 
 /// Whether two triangles with area lie in one plane, exactly. Such triangles have the same t along every ray.
-fn coplanar(first: &Triangle, second: &Triangle) -> bool {
+pub(crate) fn coplanar(first: &Triangle, second: &Triangle) -> bool {
     let Triangle { a, b, c } = *first;
     [second.a, second.b, second.c].iter().all(|&p| orientation(a, b, c, p) == Sign::Zero)
 }
@@ -279,10 +266,4 @@ pub(crate) fn collinear(triangle: &Triangle) -> bool {
         let coord = |p: DVec3| Coord { x: p[(k + 1) % 3], y: p[(k + 2) % 3] };
         orient2d(coord(triangle.a), coord(triangle.b), coord(triangle.c)) == 0.0
     })
-}
-
-/// Whether the ray meets the triangle within its open interval. The ray must cover the triangle.
-pub(crate) fn within_interval(ray: &Ray, distance: &Distance<'_>) -> bool {
-    let after = ray.t_min == 0.0 || distance.compare_to(ray.t_min) == Sign::Positive;
-    after && (ray.t_max == f64::INFINITY || distance.compare_to(ray.t_max) == Sign::Negative)
 }

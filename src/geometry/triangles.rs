@@ -155,6 +155,12 @@ pub(crate) struct Triangle {
 }
 
 impl Triangle {
+    /// Whether a point is one of the corners, bit by bit. No ray from there hits the triangle, as its plane holds the point.
+    #[inline]
+    pub(crate) fn has_corner(&self, point: DVec3) -> bool {
+        point == self.a || point == self.b || point == self.c
+    }
+
     /// The oriented edges a→b, b→c, c→a.
     pub(crate) fn edges(&self) -> [(DVec3, DVec3); 3] {
         [(self.a, self.b), (self.b, self.c), (self.c, self.a)]

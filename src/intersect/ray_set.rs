@@ -6,7 +6,8 @@
 use glam::DVec3;
 use prefetch_index::prefetch_index;
 
-use crate::exact::predicates::{Distance, covers, within_interval};
+use crate::exact::distance::{Distance, within_interval};
+use crate::exact::predicates::covers;
 use crate::geometry::ray::{Ray, Ties};
 use crate::geometry::triangles::Triangles;
 use crate::rays::hemisphere::AmbientRay;
@@ -179,14 +180,16 @@ impl RaySet<'_> {
     ) -> bool {
         let blocked = match self {
             Self::Rays(rays) => return test_ray((ray, rays.ties()), id, triangles, nearest, stats),
-            Self::Segments(segments) => segments[number as usize].is_blocked_by(id, &triangles.triangle(id)),
+            Self::Segments(segments) => {
+                segments[number as usize].is_blocked_by(id, &triangles.triangle(id), stats)
+            }
             Self::Shadows(light, receivers) => {
                 let receiver = &receivers[number as usize];
-                blocks(*light, receiver, (id, &triangles.triangle(id)), &mut stats.ambiguous_coverage)
+                blocks(*light, receiver, (id, &triangles.triangle(id)), stats)
             }
             Self::Ambient(rays) => {
                 let ray = &rays[number as usize];
-                ray.is_blocked_by(id, &triangles.triangle(id), &mut stats.ambiguous_coverage)
+                ray.is_blocked_by(id, &triangles.triangle(id), stats)
             }
         };
         if blocked {
@@ -209,15 +212,11 @@ fn test_ray(
     let triangle = triangles.triangle(id);
     let Some(distance) = Distance::ahead(ray, &triangle) else { return false };
     let (least, greatest) = distance.bounds();
-    if least > nearest.hi
-        || !covers(ray, &triangle, ties, &mut stats.ambiguous_coverage)
-        || !within_interval(ray, &distance)
-    {
+    if least > nearest.hi || !covers(ray, &triangle, ties, stats) || !within_interval(ray, &distance, stats) {
         return false;
     }
-    let nearer = !nearest.is_hit()
-        || greatest < nearest.lo
-        || precedes(ray, id, nearest.id, triangles, &mut stats.ambiguous_order);
+    let nearer =
+        !nearest.is_hit() || greatest < nearest.lo || precedes(ray, id, nearest.id, triangles, stats);
     if nearer {
         let hi = if greatest < nearest.hi { greatest } else { nearest.hi };
         *nearest = Nearest { id, lo: least, hi };

@@ -53,7 +53,7 @@ impl Triangles<'_> {
     /// When there is no such triangle.
     #[must_use]
     pub fn side_toward(&self, id: TriangleId, direction: DVec3) -> Option<Side> {
-        match facing(&Ray::new(DVec3::ZERO, direction), &self.triangle(id.0)) {
+        match facing(direction, &self.triangle(id.0)) {
             Sign::Positive => Some(Side::Front),
             Sign::Negative => Some(Side::Back),
             Sign::Zero => None,

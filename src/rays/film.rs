@@ -98,15 +98,15 @@ impl GridFilm {
         let x = f64::from(self.subpixels) * f64::from(self.width);
         let y = f64::from(self.subpixels) * f64::from(self.height);
         let sum = Expansion::of(self.forward[k].abs())
-            .plus(&Expansion::of(self.right[k].abs()).scaled(x))
-            .plus(&Expansion::of(self.up[k].abs()).scaled(y));
+            .plus_product(self.right[k].abs(), x)
+            .plus_product(self.up[k].abs(), y);
         let estimate = self.forward[k].abs() + x * self.right[k].abs() + y * self.up[k].abs();
         if estimate == 0.0 {
             return None;
         }
         // The estimate is within a few ulp, so its exponent is off by one at most.
         let floor = exponent_of(estimate) - 1;
-        (floor..floor + 3).find(|&e| sum.minus(&Expansion::of(power_of_two(e))).sign() != Sign::Positive)
+        (floor..floor + 3).find(|&e| sum.plus(-power_of_two(e)).sign() != Sign::Positive)
     }
 
     /// Rays per row.
@@ -219,9 +219,8 @@ mod tests {
             let (x, y) = (film.x(i), film.y(j));
             for k in 0..3 {
                 let (f, r, u) = (film.forward[k], film.right[k], film.up[k]);
-                let exact =
-                    Expansion::of(r).scaled(x).plus(&Expansion::of(u).scaled(y)).plus(&Expansion::of(f));
-                assert_eq!(exact, Expansion::of(film.at(i, j)[k]));
+                let exact = Expansion::of(f).plus_product(r, x).plus_product(u, y);
+                assert_eq!(exact.plus(-film.at(i, j)[k]).sign(), Sign::Zero);
                 assert_eq!(film.at(i, j)[k], (x * r + y * u) + f);
             }
         }

@@ -16,15 +16,17 @@
 use glam::DVec3;
 
 use crate::error::Error;
+use crate::exact::distance::{Distance, within_interval};
 use crate::exact::expansion::Expansion;
 use crate::exact::filter::{Cross, Sign};
-use crate::exact::predicates::{Distance, covers, facing, within_interval};
+use crate::exact::predicates::{covers, facing};
 use crate::geometry::aabb::widen;
 use crate::geometry::ray::{Ray, Ties, check_origin};
 use crate::geometry::triangles::{Triangle, Triangles};
 use crate::objects::offset::Side;
 use crate::rays::hits::NO_TRIANGLE;
 use crate::rays::receiver::Receiver;
+use crate::stats::Stats;
 
 /// What counts as above a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -194,8 +196,9 @@ impl Hemisphere {
                 if sum.abs() > error {
                     return sum > 0.0;
                 }
-                let term = |k: usize| Expansion::of(direction[k]).scaled(f64::from(normal[k]));
-                term(0).plus(&term(1)).plus(&term(2)).sign() == Sign::Positive
+                let exact = (0..3)
+                    .fold(Expansion::of(0.0), |sum, k| sum.plus_product(direction[k], f64::from(normal[k])));
+                exact.sign() == Sign::Positive
             }
         }
     }
@@ -240,11 +243,12 @@ pub(crate) struct AmbientRay {
 
 impl AmbientRay {
     /// Whether a triangle occludes it, exactly.
-    pub(crate) fn is_blocked_by(&self, id: u32, triangle: &Triangle, ambiguous: &mut u64) -> bool {
+    pub(crate) fn is_blocked_by(&self, id: u32, triangle: &Triangle, stats: &mut Stats) -> bool {
         self.owner != id
-            && covers(&self.ray, triangle, Ties::Origin, ambiguous)
-            && (self.back_faces || facing(&self.ray, triangle) == Sign::Negative)
-            && within_interval(&self.ray, &Distance::new(&self.ray, triangle))
+            && !triangle.has_corner(self.ray.origin)
+            && covers(&self.ray, triangle, Ties::Origin, stats)
+            && (self.back_faces || facing(self.ray.direction, triangle) == Sign::Negative)
+            && within_interval(&self.ray, &Distance::new(&self.ray, triangle), stats)
     }
 }
 

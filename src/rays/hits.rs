@@ -1,9 +1,10 @@
 //! What the engine gives back: one (id, t) per ray, in the order of the rays.
 
+use crate::exact::distance::Distance;
 use crate::exact::filter::Sign;
-use crate::exact::predicates::Distance;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::{TriangleId, Triangles};
+use crate::stats::Stats;
 
 /// The id that stands for "no triangle", in arrays and files.
 pub const NO_TRIANGLE: u32 = u32::MAX;
@@ -91,10 +92,10 @@ pub(crate) fn precedes(
     first: u32,
     second: u32,
     triangles: &Triangles<'_>,
-    ambiguous: &mut u64,
+    stats: &mut Stats,
 ) -> bool {
     let (one, other) = (triangles.triangle(first), triangles.triangle(second));
-    match Distance::new(ray, &one).compare(&Distance::new(ray, &other), ambiguous) {
+    match Distance::new(ray, &one).compare(&Distance::new(ray, &other), stats) {
         Sign::Negative => true,
         Sign::Zero => first < second,
         Sign::Positive => false,

@@ -19,6 +19,7 @@ use crate::geometry::ray::{Ray, Ties, check_direction, check_origin};
 use crate::geometry::triangles::{Triangle, TriangleId};
 use crate::rays::origin::Origin;
 use crate::rays::segment::Segment;
+use crate::stats::Stats;
 
 /// A point that may lie in shadow.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,13 +69,15 @@ pub(crate) fn blocks(
     light: Origin,
     receiver: &Receiver,
     (id, triangle): (u32, &Triangle),
-    ambiguous: &mut u64,
+    stats: &mut Stats,
 ) -> bool {
     match light {
-        Origin::Point(point) => receiver.segment(point).is_blocked_by(id, triangle),
+        Origin::Point(point) => receiver.segment(point).is_blocked_by(id, triangle, stats),
         Origin::Infinity(direction) => {
             let ray = Ray::new(widen(receiver.point), -direction);
-            receiver.triangle.0 != id && covers(&ray, triangle, Ties::Origin, ambiguous)
+            receiver.triangle.0 != id
+                && !triangle.has_corner(ray.origin)
+                && covers(&ray, triangle, Ties::Origin, stats)
         }
     }
 }

@@ -11,13 +11,13 @@
 use glam::DVec3;
 
 use crate::error::Error;
-use crate::exact::filter::Sign;
-use crate::exact::predicates::{orientation, tie_sign};
+use crate::exact::predicates::separates;
 use crate::geometry::aabb::U;
 use crate::geometry::ray::Ray;
-use crate::geometry::ray::{Ties, check_origin};
+use crate::geometry::ray::check_origin;
 use crate::geometry::triangles::Triangle;
 use crate::geometry::triangles::TriangleId;
+use crate::stats::Stats;
 
 /// The open segment from a light (or an eye) to a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,22 +43,7 @@ impl Segment {
     }
 
     /// Whether a triangle blocks the segment, exactly.
-    pub(crate) fn is_blocked_by(&self, id: u32, triangle: &Triangle) -> bool {
-        if self.receiver == Some(TriangleId(id)) {
-            return false;
-        }
-        let Triangle { a, b, c } = *triangle;
-        let (l, p) = (self.from, self.to);
-        let side = orientation(a, b, c, l);
-        if side == Sign::Zero || orientation(a, b, c, p) != side.negated() {
-            return false;
-        }
-        triangle.edges().iter().all(|&(a, b)| {
-            let sign = match orientation(a, b, p, l) {
-                Sign::Zero => tie_sign(&Ray::new(l, DVec3::ZERO), a, b, Ties::Direction),
-                sign => sign,
-            };
-            sign == side
-        })
+    pub(crate) fn is_blocked_by(&self, id: u32, triangle: &Triangle, stats: &mut Stats) -> bool {
+        self.receiver != Some(TriangleId(id)) && separates(triangle, self.from, self.to, stats)
     }
 }

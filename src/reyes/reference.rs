@@ -205,11 +205,13 @@ pub(crate) fn see_all<S: OnDemand>(
     let diced = dice_all(surfaces, pencil, dicing)?;
     let triangles = Triangles::new(&diced.positions, &diced.indices)?;
     let mut frame = Frame::new().counting_pairs();
-    let stats = frame.closest_hit(&triangles, pencil, options)?;
+    let mut stats = frame.closest_hit(&triangles, pencil, options)?;
     let level = check_call(pencil.len(), options)?;
     let mut row = seen.row();
     for first in (0..pencil.len()).step_by(LANES) {
-        dispatch!(level, simd => see_eight(simd, (&diced, frame.hits()), pencil, first, &mut row));
+        dispatch!(level, simd => {
+            see_eight(simd, (&diced, frame.hits()), pencil, first, &mut row, &mut stats)
+        });
     }
     seen.pairs = frame.into_pairs();
     Ok(stats)
@@ -223,6 +225,7 @@ fn see_eight<S: Simd>(
     pencil: &Pencil,
     first: usize,
     row: &mut SurfaceRow<'_>,
+    stats: &mut Stats,
 ) {
     let (mut seen, mut ids, mut hit) = (Seen::NOTHING, [0; LANES], 0);
     let (mut origins, mut directions) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
@@ -243,6 +246,6 @@ fn see_eight<S: Simd>(
         y: Lanes::load_array(simd, y),
         z: Lanes::load_array(simd, z),
     });
-    let resolved = seen.along(simd, rays, hit, |lane| pencil.ray(first + lane));
+    let resolved = seen.along(simd, rays, hit, |lane| pencil.ray(first + lane), stats);
     row.put(first, hit, (&ids, &seen), &resolved);
 }

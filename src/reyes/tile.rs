@@ -57,7 +57,7 @@ impl<'a, S: OnDemand> TileWork<'a, S> {
         walk.go(&mut search, stats)?;
         dispatch!(level, simd => {
             for (y, row) in (0..).zip(&mut window.rows) {
-                samples.write(simd, tile, y, row);
+                samples.write(simd, tile, y, row, stats);
             }
         });
         Ok(())

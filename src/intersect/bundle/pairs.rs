@@ -184,12 +184,14 @@ impl Pairs {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::exact::distance::{Distance, within_interval};
     use crate::exact::filter::Sign;
-    use crate::exact::predicates::{Distance, covers_exact, facing, within_interval};
+    use crate::exact::predicates::{covers_unfiltered, facing};
     use crate::geometry::ray::Ties;
     use crate::geometry::triangles::Triangles;
     use crate::intersect::bundle::cull_space::tests::numbers;
     use crate::simd::isa::Isa;
+    use crate::stats::Stats;
     use fearless_simd::dispatch;
     use glam::DVec3;
 
@@ -197,18 +199,23 @@ mod tests {
     fn check(verdicts: &Verdicts, lane: usize, ray: &Ray, triangles: &Triangles<'_>, nearest: f64) -> bool {
         let triangle = triangles.triangle(lane as u32);
         let distance = Distance::new(ray, &triangle);
-        let hits = covers_exact(ray, &triangle, Ties::Direction) && within_interval(ray, &distance);
+        let mut stats = Stats::default();
+        let hits =
+            covers_unfiltered(ray, &triangle, Ties::Direction) && within_interval(ray, &distance, &mut stats);
         if verdicts.possible >> lane & 1 == 0 {
             assert!(
-                !hits || distance.compare_to(nearest) == Sign::Positive,
+                !hits || distance.compare_to(nearest, &mut stats) == Sign::Positive,
                 "{ray:?} {triangle:?} was dropped"
             );
         }
         if let Some(Known { lo, hi, from_behind }) = verdicts.known(lane) {
             assert!(hits, "{ray:?} {triangle:?} is no hit");
-            assert_ne!(distance.compare_to(lo), Sign::Negative, "{lo} is beyond t");
-            assert!(hi == f64::INFINITY || distance.compare_to(hi) != Sign::Positive, "{hi} is before t");
-            assert_eq!(facing(ray, &triangle) == Sign::Positive, from_behind);
+            assert_ne!(distance.compare_to(lo, &mut stats), Sign::Negative, "{lo} is beyond t");
+            assert!(
+                hi == f64::INFINITY || distance.compare_to(hi, &mut stats) != Sign::Positive,
+                "{hi} is before t"
+            );
+            assert_eq!(facing(ray.direction, &triangle) == Sign::Positive, from_behind);
         }
         verdicts.known(lane).is_some() == hits
     }

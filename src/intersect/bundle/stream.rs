@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use fearless_simd::{Level, dispatch, prelude::*};
 use rayon::prelude::*;
 
-use crate::exact::predicates::{Distance, saturate};
+use crate::exact::distance::{Distance, saturate};
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangles;
 use crate::intersect::bundle::cull_space::{CulledRay, CullingSpace, OCTANTS, octant};
@@ -77,10 +77,10 @@ impl<'a> Objects<'a> {
                 for stream in entries.chunks(STREAM) {
                     let numbers = stream.iter().map(|entry| (entry.number(first), entry.octant()));
                     stats = stats.plus(work.intersect(self, &query, numbers)?);
-                    work.write(&query, |number, id, t| {
+                    stats = stats.plus(work.write(&query, |number, id, t| {
                         let place = (number - first) as usize;
                         (ids[place], ts[place]) = (id, t);
-                    });
+                    }));
                     work.tested().for_each(|(number, pairs)| counted[(number - first) as usize] = pairs);
                 }
                 Some(stats)
@@ -228,8 +228,9 @@ impl Workspace {
     }
 
     /// Tells the hits of a stream: the number of the ray, the triangle, and t, infinite unless the nearest was asked
-    /// for.
-    fn write(&self, query: &Query<'_>, mut hit: impl FnMut(u32, u32, f32)) {
+    /// for. Counts what was rounded exactly.
+    fn write(&self, query: &Query<'_>, mut hit: impl FnMut(u32, u32, f32)) -> Stats {
+        let mut stats = Stats::default();
         for ((culled, ray), Found { nearest, .. }) in self.rays.iter().zip(&self.exact).zip(&self.found) {
             if !nearest.is_hit() {
                 continue;
@@ -240,9 +241,10 @@ impl Workspace {
             } else if low == high {
                 low
             } else {
-                Distance::new(ray, &query.question.triangles.triangle(nearest.id)).rounded()
+                Distance::new(ray, &query.question.triangles.triangle(nearest.id)).rounded(&mut stats)
             };
             hit(culled.number, nearest.id, t);
         }
+        stats
     }
 }

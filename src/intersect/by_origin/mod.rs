@@ -240,7 +240,7 @@ impl<S: Simd> Packet<'_, S> {
             stats.doubtful_samples += 1;
             let sample = directions.given(slot).1;
             let ray = occlusion.untested_ray(self.ids[lane] as usize, &sample);
-            closed |= u64::from(ray.is_blocked_by(id, triangle, &mut stats.ambiguous_coverage)) << lane;
+            closed |= u64::from(ray.is_blocked_by(id, triangle, stats)) << lane;
         }
         // In range: eight bits.
         self.open[slot] &= !(closed as u8);

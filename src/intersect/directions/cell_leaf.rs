@@ -261,7 +261,7 @@ impl Cell {
                 let receiver = self.ids[packet * LANES + lane] as usize;
                 let triangle = query.triangles.triangle(id);
                 let ray = query.occlusion.untested_ray(receiver, &query.sample);
-                closed |= u64::from(ray.is_blocked_by(id, &triangle, &mut stats.ambiguous_coverage)) << lane;
+                closed |= u64::from(ray.is_blocked_by(id, &triangle, stats)) << lane;
             }
         }
         if closed != 0 {

@@ -29,7 +29,7 @@ pub(crate) mod slab;
 
 use std::mem::size_of;
 
-use crate::exact::predicates::Distance;
+use crate::exact::distance::Distance;
 use crate::geometry::aabb::Aabb;
 use crate::intersect::general::active::{Active, move_to_front};
 use crate::intersect::general::partition::spatial::Ledger;
@@ -107,7 +107,7 @@ fn intersect_down_to(
             hits.ids[ray as usize] = nearest.id;
             if !any {
                 hits.ts[ray as usize] =
-                    Distance::new(&set.ray(ray), &triangles.triangle(nearest.id)).rounded();
+                    Distance::new(&set.ray(ray), &triangles.triangle(nearest.id)).rounded(&mut stats);
             }
         }
     }

@@ -11,11 +11,13 @@
 //! Based on: Edwin Catmull, "A Subdivision Algorithm for Computer Display of Curved Surfaces", 1974 (the z-buffer).
 
 use std::mem::size_of;
+use std::ops::Range;
 
 use fearless_simd::{prelude::*, u32x8};
 
-use crate::intersect::grid::tile_keys::{SIDE, TileKeys, eight_mut};
-use crate::simd::lanes::{Narrow, NarrowMask};
+use crate::intersect::grid::relations::{Relations, Twins};
+use crate::intersect::grid::tile_keys::{SIDE, TileKeys, eight, eight_mut};
+use crate::simd::lanes::{LANES, Narrow, NarrowMask};
 
 /// Keys that err by no more than this part of themselves give the distance: 1 in 4000 is then rounded by the exact
 /// stage.
@@ -59,19 +61,30 @@ pub(crate) struct TileDepth {
     /// The record of each ray.
     pub(crate) nearest: [[u32; SIDE]; SIDE],
     pub(crate) records: Vec<Record>,
+    pub(crate) relations: Relations,
+    pub(crate) twins: Twins,
 }
 
 impl TileDepth {
     /// Bytes of the records of a buffer.
     pub(crate) const RECORD_BYTES: usize = RECORDS * size_of::<Record>();
 
-    /// A buffer; [`TileKeys::clear`] and [`TileDepth::make_ready`] ready it.
+    /// A buffer; [`TileDepth::clear`] and [`TileDepth::make_ready`] ready it.
     pub(crate) fn new() -> Self {
         Self {
             keys: TileKeys::new(),
             nearest: [[NO_RECORD; SIDE]; SIDE],
             records: Vec::with_capacity(RECORDS),
+            relations: Relations::NONE,
+            twins: Twins::NONE,
         }
+    }
+
+    /// Forgets all hits. Rays outside `width` x `height` do not exist.
+    pub(crate) fn clear(&mut self, width: u32, height: u32) {
+        self.keys.clear(width, height);
+        self.relations.forget();
+        self.twins.forget();
     }
 
     /// Readies the buffer.
@@ -130,6 +143,23 @@ impl TileDepth {
         let nearest = eight_mut(&mut self.nearest[y as usize % SIDE], x);
         let other = u32x8::from_slice(simd, nearest);
         mask.select(u32x8::simd_from(simd, record), other).store_slice(nearest);
+    }
+
+    /// Of some rays of eight from column `x` of row `y`, as bits, those with the record of the first one; and its number.
+    pub(crate) fn with_first(&self, (x, y): (u32, u32), rays: u64) -> (u64, u32) {
+        let numbers = eight(&self.nearest[y as usize % SIDE], x);
+        let first = numbers[rays.trailing_zeros() as usize % LANES];
+        let same = numbers.iter().rev().fold(0, |same, &number| same << 1 | u64::from(number == first));
+        (same & rays, first)
+    }
+
+    /// The number of the record that all rays of some rows of a block from column `x` on have, if they do.
+    pub(crate) fn common_record(&self, x: u32, rows: Range<u32>) -> Option<u32> {
+        let rows = &self.nearest[rows.start as usize..rows.end as usize];
+        let first = rows.first()?[x as usize % SIDE];
+        let differing =
+            rows.iter().flat_map(|row| eight(row, x)).fold(0, |all, number| all | (number ^ first));
+        (differing == 0 && first != NO_RECORD).then_some(first)
     }
 
     /// The nearest hit of a ray, with the id of its triangle.

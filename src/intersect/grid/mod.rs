@@ -2,6 +2,7 @@
 
 pub(crate) mod depth;
 pub(crate) mod hierarchical_z;
+pub(crate) mod relations;
 pub(crate) mod resolve;
 pub(crate) mod rows;
 pub(crate) mod tile_keys;
@@ -28,10 +29,10 @@ pub(crate) const THREAD_BYTES: usize =
 /// Finds the hits of the rays of a film: splits it down to tiles, and works on them in parallel.
 pub(crate) fn intersect(query: FilmQuery<'_>, runs: &Runs, window: Window<'_>) -> Vec<(Rect, Stats)> {
     let in_tile = |work: &mut Box<Workspace<TileDepth>>, mut window: Window<'_>| {
-        work.depth.keys.clear(window.rect.width(), window.rect.height());
+        work.depth.clear(window.rect.width(), window.rect.height());
         let mut tile = Tile::new(query, window.rect, Interval { lo: 0.0, hi: 0.0 }, work);
-        let stats = intersect_objects(&mut tile, runs);
-        tile.write(&mut window);
+        let mut stats = intersect_objects(&mut tile, runs);
+        tile.write(&mut window, &mut stats);
         (window.rect, stats)
     };
     window

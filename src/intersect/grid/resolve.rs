@@ -8,45 +8,47 @@
 
 use fearless_simd::{dispatch, prelude::*, u32x8};
 
-use crate::exact::predicates::Distance;
+use crate::exact::distance::Distance;
+use crate::exact::filter::Sign;
+use crate::exact::predicates::facing;
 use crate::geometry::ray::Ray;
-use crate::geometry::triangles::Triangles;
-use crate::intersect::context::Context;
 use crate::intersect::grid::depth::{KEY_ERROR, Record, TileDepth};
 use crate::intersect::grid::hierarchical_z::BLOCK_SIDE;
 use crate::intersect::grid::tile_keys::{SIDE, eight};
 use crate::intersect::grid::tiles::Window;
 use crate::intersect::pencil::leaf::{FilmQuery, Tile};
-use crate::intersect::pencil::viewport::Viewport;
 use crate::rays::hits::{NO_TRIANGLE, Row};
 use crate::rays::origin::Origin;
 use crate::simd::lanes::{LANES, Lanes, Narrow, NarrowMask, bits, narrow};
+use crate::stats::Stats;
 
 /// The error of a key for 1/key and −key, with their roundings and that of the key to f32.
 const T_ERROR: f64 = KEY_ERROR * 1.01;
 /// Distances between these are neither subnormal nor saturated.
 const PLAIN_T: [f32; 2] = [1e-30, 1e30];
+/// The least magnitude of a settled key: less than any.
+const SETTLED: f32 = -1.0;
 
 /// 0 to 7.
 const COLUMNS: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 impl Tile<'_, TileDepth> {
     /// Writes what the rays have hit.
-    pub(crate) fn write(&self, window: &mut Window<'_>) {
+    pub(crate) fn write(&mut self, window: &mut Window<'_>, stats: &mut Stats) {
         if self.work.depth.keys.ready {
-            dispatch!(self.query.context.level, simd => self.write_lanes(simd, window));
+            dispatch!(self.query.context.level, simd => self.write_lanes(simd, window, stats));
         } else {
             window.miss();
         }
     }
 
     #[inline(always)]
-    fn write_lanes<S: Simd>(&self, simd: S, window: &mut Window<'_>) {
-        let FilmQuery { context: Context { triangles, .. }, view: Viewport { origin, film, .. }, .. } =
-            self.query;
+    fn write_lanes<S: Simd>(&mut self, simd: S, window: &mut Window<'_>, stats: &mut Stats) {
+        let (query, rect) = (self.query, self.rect);
+        let view = query.view;
         for (j, row) in (0..).zip(&mut window.rows) {
-            let ray = |i| origin.ray(film.at(self.rect.x0 + i, self.rect.y0 + j));
-            self.work.depth.write(simd, j, row, (*origin, triangles), ray);
+            let ray = |i| view.origin.ray(view.film.at(rect.x0 + i, rect.y0 + j));
+            self.work.depth.write(simd, j, row, &query, ray, stats);
         }
     }
 }
@@ -55,34 +57,52 @@ impl TileDepth {
     /// Writes ids and distances of row `y`. `ray` makes the ray of a column.
     #[inline(always)]
     fn write<S: Simd>(
-        &self,
+        &mut self,
         simd: S,
         y: u32,
         (ids, ts): &mut Row<'_>,
-        (origin, triangles): (Origin, &Triangles<'_>),
+        query: &FilmQuery<'_>,
         ray: impl Fn(u32) -> Ray,
+        stats: &mut Stats,
     ) {
+        let origin = query.view.origin;
         let ((id_eights, last_ids), (t_eights, last_ts)) = (ids.as_chunks_mut(), ts.as_chunks_mut());
         let covered = self.keys.covered[y as usize % SIDE];
-        let decide = |x: u32, (ids, ts): (&[u32; LANES], &mut [f32; LANES]), doubtful: u64| {
-            for lane in bits(doubtful) {
-                // In range: fewer than eight columns.
-                ts[lane] = Distance::new(&ray(x + lane as u32), &triangles.triangle(ids[lane])).rounded();
-            }
-        };
         let mut x = 0;
         for (ids, ts) in id_eights.iter_mut().zip(t_eights) {
             let doubtful = self.resolve(simd, (x, y), covered >> x & 0xFF, origin, (ids, ts));
-            decide(x, (ids, ts), doubtful);
+            self.decide(query, (x, y), (ts, doubtful), &ray, stats);
             x += BLOCK_SIDE;
         }
         if !last_ids.is_empty() {
             let (mut ids, mut ts) = ([0; LANES], [0.0; LANES]);
             let covered = covered >> x & ((1 << last_ids.len()) - 1);
             let doubtful = self.resolve(simd, (x, y), covered, origin, (&mut ids, &mut ts));
-            decide(x, (&ids, &mut ts), doubtful);
+            self.decide(query, (x, y), (&mut ts, doubtful), &ray, stats);
             last_ids.copy_from_slice(&ids[..last_ids.len()]);
             last_ts.copy_from_slice(&ts[..last_ids.len()]);
+        }
+    }
+
+    /// Rounds the distances of some of eight rays from column `x` of row `y` exactly. A triangle that faces the film has one distance
+    /// for all rays: its record says so from then on, and leaves no more doubt.
+    #[inline(never)]
+    fn decide(
+        &mut self,
+        query: &FilmQuery<'_>,
+        (x, y): (u32, u32),
+        (ts, doubtful): (&mut [f32; LANES], u64),
+        ray: impl Fn(u32) -> Ray,
+        stats: &mut Stats,
+    ) {
+        for lane in bits(doubtful) {
+            // In range: fewer than eight columns.
+            let column = x + lane as u32;
+            let number = self.nearest[y as usize % SIDE][column as usize % SIDE];
+            let record = &mut self.records[number as usize];
+            ts[lane] = record
+                .constant(query.view.origin)
+                .unwrap_or_else(|| round(record, query, &ray(column), stats));
         }
     }
 
@@ -146,4 +166,34 @@ impl TileDepth {
         all_ids.store_slice(ids);
         (all_keys, all_least)
     }
+}
+
+impl Record {
+    /// The record of a triangle that has one distance for all rays. A key of 1/t or −t errs by two roundings of f64, an f32 has far more
+    /// room around it.
+    fn settle(&mut self, t: f32, origin: Origin) {
+        let t = f64::from(t);
+        self.key = [if matches!(origin, Origin::Point(_)) { 1.0 / t } else { -t }, 0.0, 0.0];
+        self.least = SETTLED;
+    }
+
+    /// The distance of all rays, once it is settled.
+    fn constant(&self, origin: Origin) -> Option<f32> {
+        let key = self.key[0];
+        (self.least == SETTLED)
+            .then(|| if matches!(origin, Origin::Point(_)) { (1.0 / key) as f32 } else { -key as f32 })
+    }
+}
+
+/// Rounds the distance of a ray to the triangle of a record exactly, and settles the record if that is the distance of all rays: d·N
+/// (or p·N at infinity) is the same for all, if N·R = N·U = 0.
+#[inline(never)]
+fn round(record: &mut Record, query: &FilmQuery<'_>, ray: &Ray, stats: &mut Stats) -> f32 {
+    let triangle = query.context.triangles.triangle(record.id);
+    let t = Distance::new(ray, &triangle).rounded(stats);
+    let [_, right, up] = query.view.film.span();
+    if facing(right, &triangle) == Sign::Zero && facing(up, &triangle) == Sign::Zero {
+        record.settle(t, query.view.origin);
+    }
+    t
 }

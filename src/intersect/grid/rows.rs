@@ -23,8 +23,10 @@ use fearless_simd::prelude::*;
 
 use crate::exact::predicates::covers;
 use crate::geometry::ray::Ray;
+use crate::geometry::triangles::Triangles;
 use crate::intersect::grid::depth::{Candidate, Record, TileDepth};
 use crate::intersect::grid::hierarchical_z::BLOCK_SIDE;
+use crate::intersect::grid::relations::Relation;
 use crate::intersect::pencil::leaf::{FilmQuery, LeafDepth, Tile};
 use crate::intersect::pencil::rect::{Rect, TILE_SIDE};
 use crate::intersect::pencil::setup::Setups;
@@ -126,6 +128,11 @@ impl LeafDepth for TileDepth {
     }
 
     #[inline(always)]
+    fn drops_copy(&mut self, triangles: &Triangles<'_>, id: u32) -> bool {
+        self.twins.hide(triangles, id)
+    }
+
+    #[inline(always)]
     fn refresh<S: Simd>(&mut self, simd: S) {
         self.keys.refresh_blocks(simd);
     }
@@ -142,6 +149,7 @@ impl LeafDepth for TileDepth {
         if !tile.work.depth.keys.ready {
             tile.work.depth.make_ready();
         }
+        tile.work.depth.relations.found = false;
         let record = tile.work.depth.next_record();
         let primitive = Primitive { id, lane, record, greatest };
         let hit = if rect.width() <= BLOCK_SIDE {
@@ -178,6 +186,9 @@ impl Tile<'_, TileDepth> {
             for bx in bits(met) {
                 // In range: eight blocks.
                 let part = (bx as u32 * BLOCK_SIDE, rows.clone());
+                if self.work.depth.relations.found && self.hides_block(primitive, &part, stats) {
+                    continue;
+                }
                 hit |= if inside >> bx & 1 == 1 {
                     self.intersect_rows::<S, true>(simd, primitive, part, stats)
                 } else {
@@ -263,27 +274,73 @@ impl Tile<'_, TileDepth> {
             }
             if kept != certain {
                 let bounds = [lo.to_array(), hi.to_array()];
-                hit |= self.decide_all(primitive, bounds, (x, j), kept & !certain, stats);
+                let mut inside = if INSIDE { !0 } else { least.simd_gt(doubt).to_bitmask() };
+                if matches!(self.query.view.origin, Origin::Infinity(_)) {
+                    inside &= hi.simd_lt(zero).to_bitmask();
+                }
+                hit |= self.decide_all(primitive, bounds, (x, j), [kept & !certain, inside], stats);
             }
         }
         hit
     }
 
-    /// Decides some of eight rays from column `x` of row `j` exactly. Tells whether any of them hit the triangle.
+    /// Decides some of eight rays from column `x` of row `j` exactly; those that are `inside` hit the triangle for certain, and only the
+    /// order is in doubt. Tells whether the triangle is the nearest of any of them.
     #[inline(never)]
     fn decide_all(
         &mut self,
         primitive: Primitive,
         [lo, hi]: [[f32; LANES]; 2],
         (x, j): (u32, u32),
-        lanes: u64,
+        [mut lanes, inside]: [u64; 2],
         stats: &mut Stats,
     ) -> bool {
-        bits(lanes).fold(false, |hit, lane| {
-            let candidate = Candidate { lo: lo[lane], hi: hi[lane], record: primitive.record };
-            // In range: fewer than eight columns.
-            self.decide(primitive, candidate, (x + lane as u32, j), stats) | hit
-        })
+        let mut hit = false;
+        let candidate = |lane: usize| Candidate { lo: lo[lane], hi: hi[lane], record: primitive.record };
+        let mut ordered = if self.query.context.is_exact() { lanes & inside } else { 0 };
+        // All rays with the record of the first one that is left.
+        while ordered != 0 {
+            let (same, number) = self.work.depth.with_first((x, j), ordered);
+            ordered &= !same;
+            if let Some(nearer) = self.precedes_record(primitive, number, stats) {
+                stats.doubtful_samples += u64::from(same.count_ones());
+                lanes &= !same;
+                // In range: fewer than eight columns.
+                bits(if nearer { same } else { 0 })
+                    .for_each(|lane| self.work.depth.put(x + lane as u32, j, candidate(lane)));
+                hit |= nearer;
+            }
+        }
+        bits(lanes)
+            .fold(hit, |hit, lane| self.decide(primitive, candidate(lane), (x + lane as u32, j), stats) | hit)
+    }
+
+    /// Whether a triangle comes before that of a record along all rays of the tile that hit both, if they have one order.
+    fn precedes_record(
+        &mut self,
+        Primitive { id, lane, .. }: Primitive,
+        number: u32,
+        stats: &mut Stats,
+    ) -> Option<bool> {
+        let other = self.work.depth.records.get(number as usize)?.id;
+        match self.relation((id, lane), number, stats) {
+            Relation::Nearer => Some(true),
+            Relation::Equal => Some(id < other),
+            Relation::Farther => Some(false),
+            Relation::Varies => None,
+        }
+    }
+
+    /// Whether all rays of some rows of a block have hit one triangle, which is known to come before another.
+    #[inline(never)]
+    fn hides_block(
+        &mut self,
+        primitive: Primitive,
+        (x, rows): &(u32, Range<u32>),
+        stats: &mut Stats,
+    ) -> bool {
+        let number = self.work.depth.common_record(*x, rows.clone());
+        number.and_then(|number| self.precedes_record(primitive, number, stats)) == Some(false)
     }
 
     /// Decides one ray exactly: coverage, then the order. Tells whether it hit the triangle.
@@ -303,7 +360,7 @@ impl Tile<'_, TileDepth> {
         let ray = || -> Ray { view.origin.ray(view.film.at(self.rect.x0 + i, self.rect.y0 + j)) };
         if exact {
             let triangle = triangles.triangle(id);
-            if !covers(&ray(), &triangle, view.origin.ties(), &mut stats.ambiguous_coverage) {
+            if !covers(&ray(), &triangle, view.origin.ties(), stats) {
                 return false;
             }
         }
@@ -316,7 +373,7 @@ impl Tile<'_, TileDepth> {
             None => true,
             Some((nearest, _)) if candidate.lo > nearest.hi => true,
             Some((nearest, _)) if candidate.hi < nearest.lo => false,
-            Some((_, other)) if exact => precedes(&ray(), id, other, triangles, &mut stats.ambiguous_order),
+            Some((_, other)) if exact => precedes(&ray(), id, other, triangles, stats),
             Some((nearest, other)) => {
                 let [c, x, y, _] = self.work.setups.key.each_ref().map(|part| part[lane]);
                 let key = c + x * f64::from(i) + y * f64::from(j);

@@ -303,7 +303,7 @@ impl Tile<'_, Packets<'_>> {
             stats.doubtful_samples += 1;
             let receiver = &packets.receivers[packets.ids[index] as usize];
             let triangle = self.query.context.triangles.triangle(id);
-            if blocks(self.query.view.origin, receiver, (id, &triangle), &mut stats.ambiguous_coverage) {
+            if blocks(self.query.view.origin, receiver, (id, &triangle), stats) {
                 (packets.lo[index], packets.hi[index]) = (f32::INFINITY, f32::INFINITY);
                 packets.settled += 1;
             }

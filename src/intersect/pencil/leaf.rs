@@ -19,6 +19,7 @@ use fearless_simd::{dispatch, prelude::*};
 use glam::DVec3;
 
 use crate::geometry::aabb::Aabb;
+use crate::geometry::triangles::Triangles;
 use crate::intersect::context::Context;
 use crate::intersect::pencil::SubPencil;
 use crate::intersect::pencil::rect::Rect;
@@ -52,6 +53,11 @@ pub(crate) trait LeafDepth: Sized {
     /// Which parts of the rays something in a rectangle may meet, as bits; none, where it is hidden from all of them.
     /// Its keys are at most `key`.
     fn meets<S: Simd>(&self, simd: S, rect: Rect, key: f32) -> u64;
+
+    /// Whether a triangle that may meet the tile need not be tested, as it is the copy of another one.
+    fn drops_copy(&mut self, _triangles: &Triangles<'_>, _id: u32) -> bool {
+        false
+    }
 
     /// Brings up to date what hides things.
     fn refresh<S: Simd>(&mut self, simd: S);
@@ -209,12 +215,13 @@ impl<D: LeafDepth> Tile<'_, D> {
         for lane in bits(self.work.footprints.meeting(simd, pixels, run, self.rect)) {
             let (rect, greatest) = self.work.footprints.within(pixels, (run, lane), self.rect);
             let met = self.work.depth.meets(simd, rect, greatest);
-            if met == 0 {
+            let id = runs.id(run, lane);
+            if met == 0 || self.work.depth.drops_copy(triangles, id) {
                 continue;
             }
             let waiting = &mut self.work.waiting;
             let place = waiting.count % LANES;
-            waiting.ids[place] = runs.id(run, lane);
+            waiting.ids[place] = id;
             waiting.count += 1;
             (waiting.met[place], waiting.greatest[place]) = ((rect, met), greatest);
             waiting.irregular |= (irregular >> lane & 1) << place;

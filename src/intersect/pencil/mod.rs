@@ -71,6 +71,7 @@ fn near_first(met: u64, ts: &[f64; LANES]) -> ([usize; LANES], usize) {
         lanes[kept] = lane;
         kept += 1;
     }
-    lanes[..kept].sort_unstable_by(|&one, &other| ts[one].total_cmp(&ts[other]));
+    // Of equal ones the first: copies of a mesh come one after the other.
+    lanes[..kept].sort_unstable_by(|&one, &other| ts[one].total_cmp(&ts[other]).then(one.cmp(&other)));
     (lanes, kept)
 }

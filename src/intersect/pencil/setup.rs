@@ -301,6 +301,6 @@ fn signs<S: Simd>(
 pub(crate) fn exact_side(origin: Origin, triangle: &Triangle) -> Sign {
     match origin {
         Origin::Point(o) => orientation(triangle.a, triangle.b, triangle.c, o),
-        Origin::Infinity(_) => facing(&origin.ray(DVec3::ZERO), triangle),
+        Origin::Infinity(direction) => facing(direction, triangle),
     }
 }

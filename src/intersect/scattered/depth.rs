@@ -10,13 +10,14 @@
 
 use fearless_simd::prelude::*;
 
-use crate::exact::predicates::Distance;
+use crate::exact::distance::Distance;
 use crate::geometry::aabb::U;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangles;
 use crate::rays::hits::{NO_TRIANGLE, Row, precedes};
 use crate::rays::origin::Origin;
 use crate::simd::lanes::{LANES, Lanes, Narrow, bits, narrow};
+use crate::stats::Stats;
 
 /// The most rays in a block. A sub-pencil has at most 64 blocks.
 pub(crate) const BLOCK: usize = 64;
@@ -100,7 +101,7 @@ impl DepthBuffer {
         candidate: Candidate,
         triangles: &Triangles<'_>,
         exact: Option<&dyn Fn() -> Ray>,
-        ambiguous: &mut u64,
+        stats: &mut Stats,
     ) {
         let (lo, hi, id) = (self.lo[index], self.hi[index], self.ids[index]);
         let nearer = if id == NO_TRIANGLE || candidate.lo > hi {
@@ -108,7 +109,7 @@ impl DepthBuffer {
         } else if candidate.hi < lo {
             false
         } else if let Some(ray) = exact {
-            precedes(&ray(), candidate.id, id, triangles, ambiguous)
+            precedes(&ray(), candidate.id, id, triangles, stats)
         } else {
             let (key, nearest) = (candidate.lo + candidate.hi, lo + hi);
             key > nearest || (key == nearest && candidate.id < id)
@@ -136,6 +137,7 @@ impl DepthBuffer {
         origin: Origin,
         triangles: &Triangles<'_>,
         ray: impl Fn(usize) -> Ray,
+        stats: &mut Stats,
     ) {
         let count = ids.len();
         let [lo, hi] = self.keys(simd, first);
@@ -143,7 +145,7 @@ impl DepthBuffer {
         ids.copy_from_slice(&self.ids[first..first + count]);
         ts.copy_from_slice(&rounded.to_array()[..count]);
         for lane in bits(doubtful & ((1 << count) - 1)) {
-            ts[lane] = Distance::new(&ray(lane), &triangles.triangle(ids[lane])).rounded();
+            ts[lane] = Distance::new(&ray(lane), &triangles.triangle(ids[lane])).rounded(stats);
         }
     }
 }

@@ -55,8 +55,8 @@ pub(crate) fn intersect(
         .par_iter()
         .map(|places| {
             let mut cluster = Cluster::new(query, places);
-            let stats = intersect_objects(&mut cluster, runs);
-            (cluster.hits(), cluster.tested, stats)
+            let mut stats = intersect_objects(&mut cluster, runs);
+            (cluster.hits(&mut stats), cluster.tested, stats)
         })
         .collect();
     let of_ray = size_of::<u32>() + size_of::<f32>() + if query.counts { size_of::<u32>() } else { 0 };
@@ -240,7 +240,7 @@ impl<'a> Cluster<'a> {
         let hit = match (certain, ahead) {
             (_, Some(false)) => false,
             (true, Some(true)) => true,
-            _ => covers(&ray(), &setup.triangle, origin.ties(), &mut stats.ambiguous_coverage),
+            _ => covers(&ray(), &setup.triangle, origin.ties(), stats),
         };
         if !hit {
             return;
@@ -250,19 +250,19 @@ impl<'a> Cluster<'a> {
         } else {
             let exact: Option<&dyn Fn() -> crate::geometry::ray::Ray> =
                 (accuracy == Accuracy::Exact).then_some(&ray as _);
-            self.depth.offer(index, candidate, triangles, exact, &mut stats.ambiguous_order);
+            self.depth.offer(index, candidate, triangles, exact, stats);
         }
     }
 
     /// The hits in the order of the cluster.
-    fn hits(&self) -> Hits {
+    fn hits(&self, stats: &mut Stats) -> Hits {
         let ScatteredQuery { context: Context { triangles, level, .. }, origin, samples, .. } = self.query;
         let Hits { mut ids, mut ts } = Hits::missed(self.places.len());
         let ray = |k: usize| origin.ray(samples[self.places[k] as usize]);
         for (eight, row) in ids.chunks_mut(LANES).zip(ts.chunks_mut(LANES)).enumerate() {
             let (mut row, first) = (row, eight * LANES);
             dispatch!(level, simd => {
-                self.depth.write(simd, first, &mut row, origin, triangles, |k| ray(first + k))
+                self.depth.write(simd, first, &mut row, origin, triangles, |k| ray(first + k), stats)
             });
         }
         Hits { ids, ts }

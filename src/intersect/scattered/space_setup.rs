@@ -38,7 +38,7 @@ impl SpaceSetup {
         };
         let exact_side = || match origin {
             Origin::Point(o) => orientation(a, b, c, o),
-            Origin::Infinity(_) => facing(&origin.ray(DVec3::ZERO), triangle),
+            Origin::Infinity(direction) => facing(direction, triangle),
         };
         let side = denominator.sign().unwrap_or_else(exact_side);
         if side == Sign::Zero {

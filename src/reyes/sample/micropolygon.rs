@@ -5,12 +5,13 @@
 
 use std::cmp::Ordering;
 
+use crate::exact::distance::Distance;
 use crate::exact::filter::Sign;
-use crate::exact::predicates::Distance;
 use crate::geometry::aabb::widen;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangle;
 use crate::reyes::dice::grid::GridOrigin;
+use crate::stats::Stats;
 
 /// A triangle of a grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,9 +50,9 @@ impl Micropolygon {
     }
 
     /// Whether this one comes before the other along a ray that hits both.
-    pub(crate) fn precedes(&self, other: &Self, ray: &Ray, ambiguous: &mut u64) -> bool {
+    pub(crate) fn precedes(&self, other: &Self, ray: &Ray, stats: &mut Stats) -> bool {
         let (one, another) = (triangle_of(&self.corners), triangle_of(&other.corners));
-        match Distance::new(ray, &one).compare(&Distance::new(ray, &another), ambiguous) {
+        match Distance::new(ray, &one).compare(&Distance::new(ray, &another), stats) {
             Sign::Negative => true,
             Sign::Zero => self.order(other) == Ordering::Less,
             Sign::Positive => false,

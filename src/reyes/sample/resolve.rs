@@ -10,13 +10,14 @@
 
 use fearless_simd::prelude::*;
 
+use crate::exact::distance::Distance;
 use crate::exact::filter::TRIPLE_PRODUCT_ERROR;
-use crate::exact::predicates::Distance;
 use crate::geometry::aabb::U;
 use crate::geometry::ray::Ray;
 use crate::objects::gather::transposed_points;
 use crate::reyes::sample::micropolygon::triangle_of;
 use crate::simd::lanes::{LANES, LaneMask, Lanes, Points, bits, narrow, widen};
+use crate::stats::Stats;
 
 /// Distances between these are neither subnormal nor saturated.
 const PLAIN_T: [f32; 2] = [1e-30, 1e30];
@@ -64,6 +65,7 @@ impl Seen {
         [origin, direction]: [Points<S>; 2],
         lanes: u64,
         ray: impl Fn(usize) -> Ray,
+        stats: &mut Stats,
     ) -> Resolved {
         let mut corners = [origin; 3];
         for (corner, read) in corners.iter_mut().zip(&self.corners) {
@@ -80,7 +82,7 @@ impl Seen {
             Resolved { ts, uvs: self.uvs(simd, from, sides, direction), normals: [[0.0; LANES]; 3] };
         for lane in bits(doubtful & lanes) {
             let triangle = triangle_of(&[0, 1, 2].map(|corner: usize| self.corners[corner][lane]));
-            resolved.ts[lane] = Distance::new(&ray(lane), &triangle).rounded();
+            resolved.ts[lane] = Distance::new(&ray(lane), &triangle).rounded(stats);
         }
 
         let length = normal.dot_lanes(normal).sqrt();

@@ -10,8 +10,9 @@
 
 use fearless_simd::prelude::*;
 
+use crate::exact::distance::Distance;
 use crate::exact::filter::Sign;
-use crate::exact::predicates::{Distance, covers};
+use crate::exact::predicates::covers;
 use crate::geometry::aabb::Aabb;
 use crate::intersect::grid::hierarchical_z::BLOCK_SIDE;
 use crate::intersect::grid::tile_keys::{SIDE, TileKeys};
@@ -90,7 +91,14 @@ impl TileSamples {
 
     /// Writes what the rays of a row see.
     #[inline(always)]
-    pub(crate) fn write<S: Simd>(&self, simd: S, tile: &GridTile<'_>, y: u32, row: &mut SurfaceRow<'_>) {
+    pub(crate) fn write<S: Simd>(
+        &self,
+        simd: S,
+        tile: &GridTile<'_>,
+        y: u32,
+        row: &mut SurfaceRow<'_>,
+        stats: &mut Stats,
+    ) {
         let width = tile.rect.width();
         for x in (0..width).step_by(LANES) {
             let lanes = u64::MAX >> (u64::BITS - (width - x).min(BLOCK_SIDE));
@@ -106,7 +114,7 @@ impl TileSamples {
                 }
                 // In range: fewer than eight columns.
                 let ray = |lane: usize| tile.ray([x + lane as u32, y]);
-                let resolved = seen.along(simd, tile.eight_rays(simd, [x, y]), hit, ray);
+                let resolved = seen.along(simd, tile.eight_rays(simd, [x, y]), hit, ray, stats);
                 row.put(x as usize, hit, (&ids, &seen), &resolved);
             }
         }
@@ -190,14 +198,13 @@ impl GridSamples<'_> {
         self.stats.doubtful_samples += 1;
         let corners = self.corners(triangle);
         let ray = tile.ray([x, y]);
-        let ambiguous = &mut self.stats.ambiguous_coverage;
-        if !certain && !covers(&ray, &triangle_of(&corners), tile.origin.ties(), ambiguous) {
+        if !certain && !covers(&ray, &triangle_of(&corners), tile.origin.ties(), self.stats) {
             return;
         }
         let nearer = match self.tile.winner(x, y) {
             Some(winner) if lo <= self.tile.keys.at(x, y)[1] => {
                 let candidate = Micropolygon::of(&self.grid, triangle, corners);
-                candidate.precedes(&self.tile.micropolygon(winner), &ray, &mut self.stats.ambiguous_order)
+                candidate.precedes(&self.tile.micropolygon(winner), &ray, self.stats)
             }
             _ => true,
         };
@@ -264,7 +271,7 @@ impl GridSamples<'_> {
         for y in rect.y0..rect.y1 {
             for x in rect.x0..rect.x1 {
                 let ray = tile.ray([x, y]);
-                if covers(&ray, &corners, tile.origin.ties(), &mut self.stats.ambiguous_coverage) {
+                if covers(&ray, &corners, tile.origin.ties(), self.stats) {
                     let keys = keys_of(tile.origin, Distance::new(&ray, &corners).bounds());
                     self.offer(tile, triangle, [x, y], keys, true);
                 }
