@@ -1,5 +1,6 @@
 //! The recursion: rays and objects are divided together, one folder for each kind of ray set.
 
+pub(crate) mod beam;
 pub(crate) mod bundle;
 pub(crate) mod by_origin;
 pub(crate) mod directions;

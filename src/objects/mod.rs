@@ -1,6 +1,7 @@
 //! Triangles in an order: gathering, boxes of runs, the order along a curve, and points on and above their surfaces.
 
 pub(crate) mod barycentric;
+pub(crate) mod closed;
 pub(crate) mod gather;
 pub(crate) mod morton;
 pub(crate) mod offset;

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::error::Error;
 use crate::error::first_wrong;
 use crate::geometry::triangles::Triangles;
+use crate::intersect::beam;
 use crate::intersect::bundle::Objects;
 use crate::intersect::directions;
 use crate::intersect::general;
@@ -153,6 +154,12 @@ pub(crate) fn run_open_rays(
     let level = check_call(occlusion.hemispheres.len(), options)?;
     occlusion.check(triangles)?;
     let (words, stats) = in_pool(|| match (options.path, occlusion.samples) {
+        (Path::Pencil, RaySamples::Shared(samples)) if std::env::var("OLD").is_err() && !directions::are_few(triangles, occlusion) => {
+            match beam::open_rays(triangles, occlusion, samples, level) {
+                Some(found) => Ok(found),
+                None => occlusion::by_ray(triangles, occlusion, None, level),
+            }
+        }
         (Path::Pencil, RaySamples::Shared(samples)) if !directions::are_few(triangles, occlusion) => {
             let runs = Runs::new(triangles, level, frame.order.take());
             let how = (options.accuracy, level);
