@@ -8,7 +8,7 @@
 //! Based on: Erik Sintorn et al., "Per-Triangle Shadow Volumes Using a View-Sample Cluster Hierarchy", 2014 (a hierarchy of samples against
 //! triangles); Kirill Dmitriev et al., "Faster Ray Tracing with SIMD Shaft Culling", 2004 (shafts that decide for all rays).
 
-use fearless_simd::{mask32x16, prelude::*};
+use fearless_simd::{mask16x16, mask32x16, prelude::*, u16x16};
 use glam::DVec3;
 
 use crate::exact::filter::Sign;
@@ -26,6 +26,8 @@ use crate::stats::Stats;
 const RECTANGLE_SLACK: f32 = 8.0 / (1 << 24) as f32;
 /// A rectangle is fitted again when so many of its rays are closed, as the inverse of a part.
 const FIT: u32 = 4;
+/// Packets that a triangle may meet before all are compared with its functions.
+const FEW: u32 = 3;
 /// A triangle that closes fewer rays is not worth remembering.
 const WORTH: u32 = 16;
 
@@ -70,7 +72,14 @@ pub(crate) struct Beam<'a> {
     pub(crate) half: [f32; 3],
     /// Rays when it was fitted.
     fitted: u32,
+    /// Where all rays are, packet by packet: u and v.
+    places: [[[f32; WIDTH]; 2]; PACKETS],
+    /// Of the run that is tested: functions; the least and the greatest u, and v; the rays that each triangle has closed; and pairs of a triangle and a
+    /// packet, the triangle in the upper byte.
     coefficients: Coefficients,
+    sides: [[f32; WIDTH]; 4],
+    closed_by: [u32; WIDTH],
+    pairs: [u16; WIDTH * (PACKETS + 1)],
     /// Receivers that a triangle of a closed component may contain.
     pub(crate) touched: Bits,
     /// The run that is tested, and what closed many rays.
@@ -101,7 +110,11 @@ impl<'a> Beam<'a> {
             middle: [0.0; 3],
             half: [0.0; 3],
             fitted: 0,
+            places: [[[0.0; WIDTH]; 2]; PACKETS],
             coefficients: [[0.0; WIDTH]; 14],
+            sides: [[0.0; WIDTH]; 4],
+            closed_by: [0; WIDTH],
+            pairs: [0; WIDTH * (PACKETS + 1)],
             touched: [0; PACKETS],
             run: u32::MAX,
             occluders,
@@ -137,6 +150,12 @@ impl<'a> Beam<'a> {
             (lo[0], hi[0]) = (lo[0].min(u), hi[0].max(u));
             (lo[1], hi[1]) = (lo[1].min(v), hi[1].max(v));
             (lo[2], hi[2]) = (lo[2].min(at[0]), hi[2].max(at[0]));
+        }
+        for (at, places) in self.parcel.at.iter().zip(&mut self.places) {
+            let at = self.direction.load(simd, at);
+            let [u, v] = self.direction.across(simd, at);
+            u.store_slice(&mut places[0]);
+            v.store_slice(&mut places[1]);
         }
         let slack = self.parcel.reach * RECTANGLE_SLACK;
         for axis in 0..3 {
@@ -209,11 +228,13 @@ impl<'a> Beam<'a> {
             return;
         }
         set_up.functions.store(&mut self.coefficients);
-        for lane in bits(u64::from(meeting)) {
-            self.close_by_one(simd, run, lane, never >> lane & 1 == 1);
-            if self.count == 0 {
-                return;
-            }
+        for (stored, side) in self.sides.iter_mut().zip([u0, u1, v0, v1]) {
+            side.store_slice(stored);
+        }
+        let pairs = self.pair_up(simd, run, (meeting, never));
+        self.close_pairs(simd, run, (pairs, never));
+        if self.count * FIT < self.fitted * (FIT - 1) && self.count > 0 {
+            self.fit(simd);
         }
     }
 
@@ -222,50 +243,82 @@ impl<'a> Beam<'a> {
         self.occluders.push(Occluder { run: self.run, lane, closed });
     }
 
-    /// Tests one triangle of the run.
+    /// Closes the packets that triangles of the run cover, and lists the pairs of a triangle and a packet that it may meet. Tells how many
+    /// these are.
     #[inline(always)]
-    fn close_by_one<S: Simd>(&mut self, simd: S, run: &Run, lane: usize, never_certain: bool) {
+    fn pair_up<S: Simd>(&mut self, simd: S, run: &Run, (meeting, never): (u16, u16)) -> usize {
         let limited = self.direction.limit < f32::INFINITY;
-        let functions = Functions::of_one(simd, &self.coefficients, lane);
+        let numbers = u16x16::load_array(simd, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
         let (middle, half) = (load(simd, &self.packets.middle), load(simd, &self.packets.half));
-        let [least, most] = functions.extremes(limited, &middle, &half);
-        let certain = if never_certain { f32::INFINITY } else { 1.0 };
-        let covered = least.simd_gt(certain).to_bitmask() & u64::from(self.live);
-        let missed = most.simd_lt(-1.0).to_bitmask();
-        let (before, id) = (self.count, run.ids[lane % WIDTH]);
+        let slack = self.query.slack;
+        let mut pairs = 0;
+        self.closed_by = [0; WIDTH];
+        for lane in bits(u64::from(meeting)) {
+            let lane = lane % WIDTH;
+            let [u0, u1, v0, v1] = &self.sides;
+            let apart = (u0[lane] - middle[0]).max(middle[0] - u1[lane]) - half[0];
+            let apart = apart.max((v0[lane] - middle[1]).max(middle[1] - v1[lane]) - half[1]);
+            let mut meets = !apart.simd_gt(slack).to_bitmask() & u64::from(self.live);
+            if meets.count_ones() > FEW {
+                let functions = Functions::of_one(simd, &self.coefficients, lane);
+                let [least, most] = functions.extremes(limited, &middle, &half);
+                meets &= !most.simd_lt(-1.0).to_bitmask();
+                let covered = least.simd_gt(1.0).to_bitmask() & meets;
+                if covered != 0 && never >> lane & 1 == 0 {
+                    self.close_packets(simd, (run.ids[lane], lane), covered);
+                    meets &= !covered;
+                }
+            }
+            let chosen = mask16x16::from_bitmask(simd, meets);
+            // In range: less than sixteen.
+            (numbers | (lane << 8) as u16).compress(chosen).store_slice(&mut self.pairs[pairs..pairs + WIDTH]);
+            pairs += meets.count_ones() as usize;
+        }
+        pairs
+    }
+
+    /// Closes all rays of packets by a triangle.
+    #[inline(always)]
+    fn close_packets<S: Simd>(&mut self, simd: S, (id, lane): (u32, usize), covered: u64) {
         for packet in bits(covered) {
             let packet = packet % PACKETS;
             let left = self.open[packet] & self.parcel.exempt(simd, packet, id);
-            self.count -= (self.open[packet] & !left).count_ones();
+            self.closed_by[lane] += (self.open[packet] & !left).count_ones();
             self.set_open(packet, left);
         }
-        let meeting = !missed & !covered & u64::from(self.live);
-        self.stats.samples_tested += u64::from(meeting.count_ones()) * WIDTH as u64;
-        let (mut doubtful, mut in_doubt) = ([0; PACKETS], 0_u64);
-        for packet in bits(meeting) {
-            let packet = packet % PACKETS;
-            let at = self.direction.load(simd, &self.parcel.at[packet]);
-            let [u, v] = self.direction.across(simd, at);
-            let least = functions.least(limited, u, v, at[0]);
-            let open = self.open[packet] & !self.parcel.exempt(simd, packet, id);
+    }
+
+    /// Tests the rays of pairs, sixteen at once.
+    #[inline(always)]
+    fn close_pairs<S: Simd>(&mut self, simd: S, run: &Run, (pairs, never): (usize, u16)) {
+        let limited = self.direction.limit < f32::INFINITY;
+        let [k, ..] = self.direction.axes;
+        self.stats.samples_tested += (pairs * WIDTH) as u64;
+        for pair in 0..pairs {
+            let pair = usize::from(self.pairs[pair]);
+            let (lane, packet) = (pair >> 8 & (WIDTH - 1), pair % PACKETS);
+            let functions = Functions::of_one(simd, &self.coefficients, lane);
+            let [u, v] = &self.places[packet];
+            let (u, v) = (Wide::load_array_ref(simd, u), Wide::load_array_ref(simd, v));
+            let least = functions.least(limited, u, v, Wide::load_array_ref(simd, &self.parcel.at[packet][k]));
+            let certain = if never >> lane & 1 == 1 { f32::INFINITY } else { 1.0 };
+            let open = self.open[packet] & !self.parcel.own(simd, packet, run.ids[lane]);
             // In range: sixteen bits.
             let closed = least.simd_gt(certain).to_bitmask() as u16 & open;
-            let possible = !(least.simd_lt(-1.0).to_bitmask() as u16) & open & !closed;
+            let doubtful = !(least.simd_lt(-1.0).to_bitmask() as u16) & open & !closed;
             self.set_open(packet, self.open[packet] & !closed);
-            self.count -= closed.count_ones();
-            doubtful[packet] = possible;
-            in_doubt |= u64::from(possible != 0) << packet;
+            self.closed_by[lane] += closed.count_ones();
+            if doubtful != 0 {
+                self.decide(run, lane, packet, doubtful);
+            }
         }
-        for packet in bits(in_doubt) {
-            self.decide(run, lane % WIDTH, packet % PACKETS, doubtful[packet % PACKETS]);
-        }
-        let closed = before - self.count;
-        if closed >= WORTH {
-            // In range: sixteen places.
-            self.remember(lane as u32, closed);
-        }
-        if self.count * FIT < self.fitted * (FIT - 1) && self.count > 0 {
-            self.fit(simd);
+        for lane in 0..WIDTH {
+            let closed = self.closed_by[lane];
+            self.count -= closed;
+            if closed >= WORTH {
+                // In range: less than sixteen.
+                self.remember(lane as u32, closed);
+            }
         }
     }
 
@@ -284,15 +337,12 @@ impl<'a> Beam<'a> {
         let is_closed = self.query.objects.any_closed && run.closed >> lane & 1 == 1;
         for place in bits(u64::from(doubtful)) {
             let index = packet * WIDTH + place % WIDTH;
-            if self.parcel.owners[index] == id {
-                continue;
-            }
             self.stats.doubtful_samples += 1;
             let receiver = self.parcel.ids[index] as usize;
             let ray = self.query.occlusion.untested_ray(receiver, &self.direction.sample);
             if ray.is_blocked_by(id, &triangle, &mut self.stats.ambiguous_coverage) {
                 self.set_open(packet, self.open[packet] & !(1 << place));
-                self.count -= 1;
+                self.closed_by[lane] += 1;
             } else if is_closed && self.parcel.outside[packet] >> place & 1 == 0 && is_in_plane(&triangle, ray.ray.origin) {
                 self.touched[packet] |= 1 << place;
             }

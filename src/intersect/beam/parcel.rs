@@ -129,9 +129,12 @@ impl Parcel {
     /// The receivers of a packet whose rays may meet a triangle that does not count for them.
     #[inline(always)]
     pub(crate) fn exempt<S: Simd>(&self, simd: S, packet: usize, id: u32) -> u16 {
-        if !self.strays {
-            return 0;
-        }
+        if self.strays { self.own(simd, packet, id) } else { 0 }
+    }
+
+    /// The receivers of a packet that lie on a triangle.
+    #[inline(always)]
+    pub(crate) fn own<S: Simd>(&self, simd: S, packet: usize, id: u32) -> u16 {
         let owners = u32x16::from_slice(simd, &self.owners[packet * WIDTH..][..WIDTH]);
         // In range: sixteen bits.
         owners.simd_eq(id).to_bitmask() as u16
