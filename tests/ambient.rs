@@ -336,7 +336,7 @@ fn whole_scenes_in_any_order_on_any_machine() {
             let (other, stats) = pool.install(|| ask(&hemispheres, &narrow));
             assert_eq!(open, other, "{name}, t_max {t_max}");
             // What the docs of `open_rays` say, on one thread.
-            let most = (6 + 36 + 48) * triangles.len() + 64 * receivers + (384 << 10);
+            let most = 64 * triangles.len() + 4 * receivers + (512 << 10);
             assert!(stats.engine_bytes <= most as u64, "{name}: {} of {most}", stats.engine_bytes);
             let fast = Options { accuracy: Accuracy::Fast, ..Options::default() };
             let (fast, _) = ask(&hemispheres, &fast);

@@ -2,8 +2,6 @@
 
 pub(crate) mod beam;
 pub(crate) mod bundle;
-pub(crate) mod by_origin;
-pub(crate) mod directions;
 pub(crate) mod general;
 pub(crate) mod grid;
 pub(crate) mod irregular;

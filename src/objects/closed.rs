@@ -111,16 +111,22 @@ impl ClosedTriangles {
     /// Bytes that finding them takes at its peak.
     pub(crate) fn bytes_to_find(triangles: &Triangles<'_>) -> usize {
         let vertices = triangles.positions().len();
-        let table = (2 * vertices).next_power_of_two();
-        let of_triangle = 3 * size_of::<HalfEdge>() + size_of::<u32>() + size_of::<bool>();
-        (2 * vertices + table) * size_of::<u32>() + triangles.len() * of_triangle
+        let table = table_size(vertices) * size_of::<u32>();
+        let of_triangle = 3 * size_of::<HalfEdge>() + size_of::<u32>() + 2 * size_of::<bool>();
+        let edges = vertices * size_of::<u32>() + triangles.len() * of_triangle;
+        vertices * size_of::<u32>() + table.max(edges)
     }
+}
+
+/// Places of a table of vertices: a third stays empty at least.
+fn table_size(vertices: usize) -> usize {
+    (vertices + vertices / 2).next_power_of_two().max(2)
 }
 
 /// For each vertex the first one at the same position. O(n): a table with open addressing.
 fn welded(positions: &[[f32; 3]]) -> Vec<u32> {
     const EMPTY: u32 = u32::MAX;
-    let size = (2 * positions.len()).next_power_of_two().max(2);
+    let size = table_size(positions.len());
     let mut table = vec![EMPTY; size];
     // Zero has two signs and is one position.
     let bits = |p: [f32; 3]| p.map(|x| (x + 0.0).to_bits());
@@ -247,8 +253,11 @@ mod tests {
         assert_eq!(closed(&cube(), &shared), [true; 12]);
         let apart: Vec<[f32; 3]> = shared.iter().flatten().map(|&v| cube()[v as usize]).collect();
         // Zero of either sign.
-        let apart: Vec<[f32; 3]> =
-            apart.iter().enumerate().map(|(k, p)| p.map(|x| if k % 2 == 0 { x } else { -x * -1.0 })).collect();
+        let apart: Vec<[f32; 3]> = apart
+            .iter()
+            .enumerate()
+            .map(|(k, p)| p.map(|x| if k % 2 == 0 { x } else { -x * -1.0 }))
+            .collect();
         let own: Vec<[u32; 3]> = (0..12).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
         assert_eq!(closed(&apart, &own), [true; 12]);
         let inverted: Vec<[u32; 3]> = shared.iter().map(|&[a, b, c]| [a, c, b]).collect();

@@ -110,7 +110,7 @@ impl Frame {
         if !self.keeps_order {
             self.order = None;
         }
-        query::run_open_rays(triangles, occlusion, options, self)
+        query::run_open_rays(triangles, occlusion, options)
     }
 
     /// The hits of the last query.

@@ -8,9 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::error::Error;
 use crate::error::first_wrong;
 use crate::geometry::triangles::Triangles;
-use crate::intersect::beam;
 use crate::intersect::bundle::Objects;
-use crate::intersect::directions;
 use crate::intersect::general;
 use crate::intersect::general::partition::Partition;
 use crate::intersect::irregular::shadow;
@@ -20,7 +18,7 @@ use crate::objects::runs::Runs;
 use crate::options::{Options, Path};
 use crate::query::frame::Frame;
 use crate::rays::film::Film;
-use crate::rays::hemisphere::{Occlusion, OpenRays, RaySamples};
+use crate::rays::hemisphere::{Occlusion, OpenRays};
 use crate::rays::hits::Hits;
 use crate::rays::hits::NO_TRIANGLE;
 use crate::rays::pencil::{Origin, Pencil, Rays};
@@ -128,8 +126,8 @@ pub(crate) fn run_shadowed(
 
 /// Finds which rays of receivers are open: for ambient occlusion, with no bias. See [`Occlusion`].
 ///
-/// Receivers may come in any order. Time about O(p log p + k(n + p)) for n triangles, p receivers and k shared samples. Memory
-/// beside the answer: about 60 bytes per receiver, 36 per triangle, and per thread 48 for each triangle that may matter, see
+/// Receivers may come in any order. Samples that many receivers share go in beams: time about O(n log n + p log p + k·p) for n triangles,
+/// p receivers and k samples; memory beside the answer at most 64 bytes per triangle, 4 per receiver and 256 KiB per thread, see
 /// [`Stats::engine_bytes`]. Rays that receivers do not share, and those of few receivers, go in bundles as arbitrary rays do: time
 /// about O(n log n + k·p log n).
 ///
@@ -144,38 +142,23 @@ pub fn open_rays(
     Frame::new().open_rays(triangles, occlusion, options)
 }
 
-/// The same with what the frame has.
+/// The same for a frame, which has nothing that would help.
 pub(crate) fn run_open_rays(
     triangles: &Triangles<'_>,
     occlusion: &Occlusion<'_>,
     options: &Options,
-    frame: &mut Frame,
 ) -> Result<(OpenRays, Stats), Error> {
     let level = check_call(occlusion.hemispheres.len(), options)?;
     occlusion.check(triangles)?;
-    let (words, stats) = in_pool(|| match (options.path, occlusion.samples) {
-        (Path::Pencil, RaySamples::Shared(samples)) if std::env::var("OLD").is_err() && !directions::are_few(triangles, occlusion) => {
-            match beam::open_rays(triangles, occlusion, samples, level) {
-                Some(found) => Ok(found),
-                None => occlusion::by_ray(triangles, occlusion, None, level),
-            }
-        }
-        (Path::Pencil, RaySamples::Shared(samples)) if !directions::are_few(triangles, occlusion) => {
-            let runs = Runs::new(triangles, level, frame.order.take());
-            let how = (options.accuracy, level);
-            let found = if directions::are_in_range(&runs, occlusion) {
-                Ok(directions::open_rays(triangles, occlusion, samples, &runs, how))
-            } else {
-                occlusion::by_ray(triangles, occlusion, None, level)
-            };
-            frame.order = Some(runs.into_order());
-            found
-        }
-        (Path::Pencil, _) => {
-            let objects = Objects::new(triangles, level);
-            occlusion::by_ray(triangles, occlusion, objects.as_ref(), level)
-        }
-        (Path::General, _) => occlusion::by_ray(triangles, occlusion, None, level),
+    let (words, stats) = in_pool(|| match options.path {
+        Path::Pencil => occlusion::in_beams(triangles, occlusion, level).map_or_else(
+            || {
+                let objects = Objects::new(triangles, level);
+                occlusion::by_ray(triangles, occlusion, objects.as_ref(), level)
+            },
+            Ok,
+        ),
+        Path::General => occlusion::by_ray(triangles, occlusion, None, level),
     })??;
     Ok((OpenRays::new(occlusion.samples.count(), words), stats))
 }

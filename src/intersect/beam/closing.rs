@@ -271,7 +271,9 @@ impl<'a> Beam<'a> {
             }
             let chosen = mask16x16::from_bitmask(simd, meets);
             // In range: less than sixteen.
-            (numbers | (lane << 8) as u16).compress(chosen).store_slice(&mut self.pairs[pairs..pairs + WIDTH]);
+            (numbers | (lane << 8) as u16)
+                .compress(chosen)
+                .store_slice(&mut self.pairs[pairs..pairs + WIDTH]);
             pairs += meets.count_ones() as usize;
         }
         pairs
@@ -300,7 +302,8 @@ impl<'a> Beam<'a> {
             let functions = Functions::of_one(simd, &self.coefficients, lane);
             let [u, v] = &self.places[packet];
             let (u, v) = (Wide::load_array_ref(simd, u), Wide::load_array_ref(simd, v));
-            let least = functions.least(limited, u, v, Wide::load_array_ref(simd, &self.parcel.at[packet][k]));
+            let least =
+                functions.least(limited, u, v, Wide::load_array_ref(simd, &self.parcel.at[packet][k]));
             let certain = if never >> lane & 1 == 1 { f32::INFINITY } else { 1.0 };
             let open = self.open[packet] & !self.parcel.own(simd, packet, run.ids[lane]);
             // In range: sixteen bits.
@@ -343,7 +346,10 @@ impl<'a> Beam<'a> {
             if ray.is_blocked_by(id, &triangle, &mut self.stats.ambiguous_coverage) {
                 self.set_open(packet, self.open[packet] & !(1 << place));
                 self.closed_by[lane] += 1;
-            } else if is_closed && self.parcel.outside[packet] >> place & 1 == 0 && is_in_plane(&triangle, ray.ray.origin) {
+            } else if is_closed
+                && self.parcel.outside[packet] >> place & 1 == 0
+                && is_in_plane(&triangle, ray.ray.origin)
+            {
                 self.touched[packet] |= 1 << place;
             }
         }

@@ -38,7 +38,7 @@ pub(crate) struct Direction {
 }
 
 impl Direction {
-    fn new(index: usize, sample: RaySample, scale: Scale) -> Self {
+    pub(crate) fn new(index: usize, sample: RaySample, scale: Scale) -> Self {
         let d = sample.direction;
         let size = d.abs();
         let k = (1..3).fold(0, |k, axis| if size[axis] > size[k] { axis } else { k });

@@ -216,3 +216,123 @@ fn change<S: Simd>([_, cu, cv]: [Wide<S>; 3], half: &[Wide<S>; 3]) -> Wide<S> {
 pub(crate) fn splat<S: Simd>(simd: S, [x, y, z]: [f32; 3]) -> [Wide<S>; 3] {
     [Wide::splat(simd, x), Wide::splat(simd, y), Wide::splat(simd, z)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exact::filter::Sign;
+    use crate::exact::predicates::{Distance, covers_exact, facing, within_interval};
+    use crate::geometry::aabb::Aabb;
+    use crate::geometry::ray::{Ray, Ties};
+    use crate::geometry::triangles::Triangles;
+    use crate::intersect::beam::objects::Scale;
+    use crate::rays::hemisphere::RaySample;
+    use crate::simd::isa::Isa;
+    use fearless_simd::{Level, dispatch};
+    use glam::DVec3;
+
+    /// Numbers in [0, 1).
+    fn numbers() -> impl FnMut() -> f64 {
+        let mut state = 7_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        }
+    }
+
+    /// Sixteen triangles near some points and large or thin, sixteen points, and a direction through a corner or an edge.
+    fn scene(next: &mut impl FnMut() -> f64, size: f64, shift: f64) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, DVec3) {
+        let mut corner = |spread: f64| {
+            let p = DVec3::new(next() - 0.5, next() - 0.5, next() - 0.5) * spread * size;
+            (p + DVec3::splat(shift)).to_array().map(|x| x as f32)
+        };
+        let points: Vec<[f32; 3]> = (0..WIDTH).map(|_| corner(0.02)).collect();
+        let positions: Vec<[f32; 3]> = (0..3 * WIDTH).map(|k| corner([0.02, 1.0, 0.1][k / 16])).collect();
+        let wide = |p: [f32; 3]| DVec3::from_array(p.map(f64::from));
+        let (a, b) = (wide(positions[0]), wide(positions[1]));
+        let along = if next() < 0.5 { 0.0 } else { next() };
+        (points.clone(), positions, a + (b - a) * along - wide(points[0]))
+    }
+
+    /// The values of all pairs, packet by packet of the points, and of boxes around the points.
+    fn values(
+        level: Level,
+        direction: &Direction,
+        run: &Run,
+        points: &[[f32; 3]],
+    ) -> ([[f32; WIDTH]; WIDTH], [[f32; WIDTH]; 2], u16) {
+        let bounds = Aabb::of_points(points.iter().copied());
+        let middle = [0, 1, 2].map(|k| bounds.lo[k] * 0.5 + bounds.hi[k] * 0.5);
+        let at = [0, 1, 2].map(|k| std::array::from_fn::<f32, WIDTH, _>(|lane| points[lane][k] - middle[k]));
+        let reach = at.iter().flatten().fold(0.0_f32, |reach, x| reach.max(x.abs()));
+        let limited = direction.limit < f32::INFINITY;
+        dispatch!(level, simd => {
+            let set_up = SetUp::new(simd, direction, run, (middle, reach));
+            let mut stored = [[0.0; WIDTH]; 14];
+            set_up.functions.store(&mut stored);
+            let [k, i, j] = direction.load(simd, &at);
+            let [u, v] = direction.across(simd, [k, i, j]);
+            let mut values = [[0.0; WIDTH]; WIDTH];
+            let (mut lo, mut hi) = ([0.0; 3], [0.0; 3]);
+            for (axis, x) in [u, v, k].into_iter().enumerate() {
+                (lo[axis], hi[axis]) = (x.reduce_min(), x.reduce_max());
+            }
+            let slack = reach * (8.0 / (1 << 24) as f32);
+            let middles = splat(simd, [0, 1, 2].map(|k| (lo[k] + hi[k]) * 0.5));
+            let halves = splat(simd, [0, 1, 2].map(|k| (hi[k] - lo[k]) * 0.5 + slack));
+            let [least, most] = set_up.functions.extremes(limited, &middles, &halves);
+            for (lane, values) in values.iter_mut().enumerate() {
+                Functions::of_one(simd, &stored, lane).least(limited, u, v, k).store_slice(values);
+            }
+            (values, [least.to_array(), most.to_array()], set_up.away & !set_up.edge_on)
+        })
+    }
+
+    #[test]
+    fn what_is_certain_is_true() {
+        let mut next = numbers();
+        let (mut certain, mut total) = (0, 0);
+        for isa in [Isa::Auto, Isa::Sse2] {
+            let Ok(level) = isa.level() else { continue };
+            for round in 0..3_000 {
+                let (size, shift) =
+                    [(1.0, 0.0), (1e-20, 0.0), (1e20, 0.0), (1.0, 1e5), (1.0, 0.3)][round % 5];
+                let (points, positions, direction) = scene(&mut next, size, shift);
+                if direction == DVec3::ZERO {
+                    continue;
+                }
+                let indices: Vec<[u32; 3]> = (0..16).map(|k| [k, k + 16, k + 32]).collect();
+                let triangles = Triangles::new(&positions, &indices).expect("valid triangles");
+                let scale = Scale::of(&Aabb::of_points(positions.iter().chain(&points).copied()));
+                let t_max = if round % 3 == 0 { 1.0 + next() as f32 } else { f32::INFINITY };
+                let direction = Direction::new(0, RaySample { direction, t_max }, scale);
+                let ids = std::array::from_fn(|lane| lane as u32);
+                let run = Run::of(&triangles, &ids, scale, |_| true);
+                let scaled: Vec<[f32; 3]> = points.iter().map(|p| p.map(|x| scale.of_length(x))).collect();
+                let (values, [least, most], away) = values(level, &direction, &run, &scaled);
+                for (lane, values) in values.iter().enumerate() {
+                    let triangle = triangles.triangle(lane as u32);
+                    for (&value, &point) in values.iter().zip(&points) {
+                        let origin = DVec3::from_array(point.map(f64::from));
+                        let ray =
+                            Ray { t_max: f64::from(t_max), ..Ray::new(origin, direction.sample.direction) };
+                        let meets = covers_exact(&ray, &triangle, Ties::Origin)
+                            && within_interval(&ray, &Distance::new(&ray, &triangle));
+                        assert!(
+                            !(value > 1.0 || least[lane] > 1.0) || meets,
+                            "{ray:?} misses {triangle:?}: {value}"
+                        );
+                        assert!(
+                            !(value < -1.0 || most[lane] < -1.0) || !meets,
+                            "{ray:?} meets {triangle:?}: {value}"
+                        );
+                        assert!(away >> lane & 1 == 0 || facing(&ray, &triangle) == Sign::Positive);
+                        certain += u32::from(value.abs() > 1.0);
+                        total += 1;
+                    }
+                }
+            }
+        }
+        assert!(certain * 10 > total * 9, "{certain} of {total} pairs are certain");
+    }
+}

@@ -77,7 +77,13 @@ impl Run {
         closed: 0,
     };
 
-    fn of(triangles: &Triangles<'_>, ids: &[u32; RUN], scale: Scale, is_closed: impl Fn(u32) -> bool) -> Self {
+    /// Of some triangles; [`NO_TRIANGLE`] leaves a place empty.
+    pub(crate) fn of(
+        triangles: &Triangles<'_>,
+        ids: &[u32; RUN],
+        scale: Scale,
+        is_closed: impl Fn(u32) -> bool,
+    ) -> Self {
         let mut run = Self { ids: *ids, ..Self::EMPTY };
         for (place, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_TRIANGLE) {
             let [a, b, c] = triangles.corners(TriangleId(id));
@@ -150,24 +156,35 @@ pub(crate) struct Objects {
 impl Objects {
     /// Orders and copies triangles. Back faces need no test at all, or those of closed components.
     pub(crate) fn new(triangles: &Triangles<'_>, scale: Scale, back_faces: bool, level: Level) -> Self {
-        let find_closed = || if back_faces { ClosedTriangles::new(triangles) } else { ClosedTriangles::default() };
-        let (order, closed) = rayon::join(|| Order::by_cost(triangles, level), find_closed);
+        // One after the other: together they would take more memory.
+        let closed = if back_faces { ClosedTriangles::new(triangles) } else { ClosedTriangles::default() };
+        let order = Order::by_cost(triangles, level);
         let is_closed = |id: u32| !back_faces || closed.contains(id);
-        let runs: Vec<Run> =
-            order.runs.par_iter().with_min_len(64).map(|ids| Run::of(triangles, ids, scale, is_closed)).collect();
-        let mut boxes: Vec<Aabb> = order.runs.par_iter().with_min_len(64).map(|ids| box_of(triangles, ids, scale)).collect();
+        let runs: Vec<Run> = order
+            .runs
+            .par_iter()
+            .with_min_len(64)
+            .map(|ids| Run::of(triangles, ids, scale, is_closed))
+            .collect();
+        let mut boxes: Vec<Aabb> =
+            order.runs.par_iter().with_min_len(64).map(|ids| box_of(triangles, ids, scale)).collect();
         let mut levels = Vec::new();
         for &fanout in order.fanouts.levels().iter().rev() {
             levels.push(boxes.chunks(fanout).map(NodeBoxes::of).collect());
-            boxes = boxes.chunks(fanout).map(|boxes| boxes.iter().copied().fold(Aabb::EMPTY, Aabb::union)).collect();
+            boxes = boxes
+                .chunks(fanout)
+                .map(|boxes| boxes.iter().copied().fold(Aabb::EMPTY, Aabb::union))
+                .collect();
         }
         levels.reverse();
-        let to_order = order.bytes_to_find(triangles.len())
-            + if back_faces { ClosedTriangles::bytes_to_find(triangles) } else { 0 };
+        let to_find = if back_faces { ClosedTriangles::bytes_to_find(triangles) } else { 0 };
         let nodes: usize = levels.iter().map(Vec::capacity).sum();
-        let kept = runs.capacity() * size_of::<Run>() + nodes * size_of::<NodeBoxes>() + closed.bytes();
+        let copied = runs.capacity() * size_of::<Run>() + nodes * size_of::<NodeBoxes>();
+        let ordered = order.runs.capacity() * size_of::<[u32; RUN]>();
+        let to_order = triangles.len() * Order::BYTES_TO_SORT;
+        let bytes = to_find.max(closed.bytes() + ordered + copied.max(to_order));
         let any_closed = closed.has_any();
-        Self { runs, levels, fanouts: order.fanouts, scale, closed, any_closed, bytes: kept.max(to_order) }
+        Self { runs, levels, fanouts: order.fanouts, scale, closed, any_closed, bytes }
     }
 }
 

@@ -75,6 +75,9 @@ pub(crate) struct Order {
 }
 
 impl Order {
+    /// Bytes that a triangle takes while it is sorted, beside its place.
+    pub(crate) const BYTES_TO_SORT: usize = size_of::<Item>();
+
     /// By cost. O(n log n).
     pub(crate) fn by_cost(triangles: &Triangles<'_>, level: Level) -> Self {
         let fanouts = Fanouts::of(triangles.len());
@@ -84,11 +87,6 @@ impl Order {
         let mut runs = vec![[NO_TRIANGLE; RUN]; fanouts.runs()];
         arrange(level, &mut items, fanouts.levels(), &mut runs);
         Self { fanouts, runs }
-    }
-
-    /// Bytes that finding an order takes at its peak.
-    pub(crate) fn bytes_to_find(&self, triangles: usize) -> usize {
-        triangles * size_of::<Item>() + self.runs.capacity() * size_of::<[u32; RUN]>()
     }
 }
 
@@ -104,8 +102,7 @@ fn arrange(level: Level, items: &mut [Item], fanouts: &[usize], runs: &mut [[u32
         return;
     }
     let runs_of_child = runs.len() / children;
-    let sections =
-        dispatch!(level, simd => divide(simd, items, children, runs_of_child * RUN));
+    let sections = dispatch!(level, simd => divide(simd, items, children, runs_of_child * RUN));
     let mut rest = items;
     let mut parts: Vec<(&mut [Item], f32)> = Vec::with_capacity(sections.len());
     for section in &sections {
@@ -255,7 +252,13 @@ impl Bins {
 
     /// The best division across one axis, where it is better. Both sides have objects and find room, if the objects that were counted are all.
     #[inline(always)]
-    fn best_across<S: Simd>(&self, simd: S, axis: usize, (places, room): (usize, f32), best: &mut Option<Division>) {
+    fn best_across<S: Simd>(
+        &self,
+        simd: S,
+        axis: usize,
+        (places, room): (usize, f32),
+        best: &mut Option<Division>,
+    ) {
         let (mut costs, mut needed) = ([f32::INFINITY; BINS], [0.0; BINS]);
         let (mut bounds, mut count) = (f32x8::simd_from(simd, f32::INFINITY), 0);
         for index in 1..BINS {
@@ -354,12 +357,14 @@ mod tests {
             (state >> 8) as f32 / (1 << 24) as f32
         };
         for (count, spread) in [(1, 1.0), (15, 1.0), (17, 0.0), (700, 0.0), (5000, 1.0), (70_000, 1.0)] {
-            let positions: Vec<[f32; 3]> = (0..3 * count).map(|_| [next() * spread, next(), 1e30 * next()]).collect();
+            let positions: Vec<[f32; 3]> =
+                (0..3 * count).map(|_| [next() * spread, next(), 1e30 * next()]).collect();
             let positions = if spread == 0.0 { vec![[1.0; 3]; 3 * count] } else { positions };
             let indices: Vec<[u32; 3]> = (0..count as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
             let triangles = Triangles::new(&positions, &indices).expect("valid triangles");
             let order = Order::by_cost(&triangles, Isa::Auto.level().expect("every machine has one"));
-            let mut ids: Vec<u32> = order.runs.as_flattened().iter().copied().filter(|&id| id != NO_TRIANGLE).collect();
+            let mut ids: Vec<u32> =
+                order.runs.as_flattened().iter().copied().filter(|&id| id != NO_TRIANGLE).collect();
             ids.sort_unstable();
             assert!(ids.into_iter().eq(0..count as u32), "{count} triangles");
         }

@@ -76,7 +76,10 @@ impl Beam<'_> {
         let mut meets = du.abs().simd_le(hu) & dv.abs().simd_le(hv) & across.abs().simd_le(width);
         meets &= (ahead + half[0]).simd_ge(begin);
         if direction.limit < f32::INFINITY {
-            let end = self.middle[2] * direction.turn + self.half[2] + direction.limit * (1.0 + f32::EPSILON) + slack;
+            let end = self.middle[2] * direction.turn
+                + self.half[2]
+                + direction.limit * (1.0 + f32::EPSILON)
+                + slack;
             meets &= (ahead - half[0]).simd_le(end);
         }
         meets.to_bitmask()
