@@ -191,8 +191,9 @@ fn larger_scenes_of_all_kinds() {
     }
 }
 
-/// Adds a closed surface: a tetrahedron, a cube or a sphere on integers, as it is or with each vertex anywhere, so that it cuts through itself;
-/// inside out or not, and sometimes without a triangle. Its triangles share vertices or have their own.
+/// Adds a closed surface: a tetrahedron, a cube or a sphere on integers, as it is or with each vertex anywhere, so that
+/// it cuts through itself; inside out or not, and sometimes without a triangle. Its triangles share vertices or have
+/// their own.
 fn add_closed(random: &mut Random, mesh: &mut Mesh) {
     let mut part = match random.below(3) {
         0 => generators::meshes::cube(1),
@@ -224,7 +225,8 @@ fn add_closed(random: &mut Random, mesh: &mut Mesh) {
     }
 }
 
-/// A receiver inside a triangle, or exactly on a corner, on an edge, in the plane, or anywhere, where other triangles may be as well.
+/// A receiver inside a triangle, or exactly on a corner, on an edge, in the plane, or anywhere, where other triangles may
+/// be as well.
 fn receiver_on_closed(random: &mut Random, mesh: &Mesh) -> Hemisphere {
     let id = random.below(mesh.triangles.len());
     let [a, b, c] = mesh.corners(id);

@@ -1,49 +1,51 @@
 //! Closed surfaces: which triangles belong to one, and what that tells of rays.
 //!
-//! A set of triangles is *closed* where its oriented edges cancel: each edge, between two positions, is passed as often one way as
-//! the other. Vertices are the same where their positions are. Triangles that share edges form a component; a component whose
-//! edges cancel is closed as a whole, and so is the set C of all such. Nothing else is asked of it: C may intersect itself, be inside out, be nested, touch
-//! or repeat itself, and triangles without area may stitch T-junctions.
+//! A set of triangles is *closed* where its oriented edges cancel: each edge, between two positions, is passed as often
+//! one way as the other. Vertices are the same where their positions are. Triangles that share edges form a component;
+//! a component whose edges cancel is closed as a whole, and so is the set C of all such. Nothing else is asked of it: C
+//! may intersect itself, be inside out, be nested, touch or repeat itself, and triangles without area may stitch
+//! T-junctions.
 //!
 //! # The rule
 //!
-//! Ambient rays without a limit that leave a receiver p into the half space above its own triangle T₀. **Let no triangle of C
-//! but T₀ contain p, and, where T₀ is of C, let p not lie strictly below T₀. If one ray meets no triangle of C, then each of
-//! the others meets C iff it meets a triangle of C from the front, d·N < 0.**
+//! Ambient rays without a limit that leave a receiver p into the half space above its own triangle T₀. **Let no
+//! triangle of C but T₀ contain p, and, where T₀ is of C, let p not lie strictly below T₀. If one ray meets no triangle
+//! of C, then each of the others meets C iff it meets a triangle of C from the front, d·N < 0.**
 //!
-//! So a receiver that has one such ray need not look at the back faces of C any more. The first ray that meets no front face is
-//! the one to ask: it is tested with back faces as well. Half of all triangles need no test then, and with them nearly all of
-//! the receiver's own neighbourhood, which turns its back on the rays that leave it.
+//! So a receiver that has one such ray need not look at the back faces of C any more. The first ray that meets no front
+//! face is the one to ask: it is tested with back faces as well. Half of all triangles need no test then, and with them
+//! nearly all of the receiver's own neighbourhood, which turns its back on the rays that leave it.
 //!
 //! # Proof
 //!
-//! A ray is (p, d), d·N₀ > 0 on the receiver's side. Ties are those of parallel rays: p is thought to be shifted by e = (ε, ε², ε³). A
-//! triangle T is met iff the shifted line crosses it, d·N ≠ 0, and t > 0 for the plane through T and p unshifted.
+//! A ray is (p, d), d·N₀ > 0 on the receiver's side. Ties are those of parallel rays: p is thought to be shifted by e =
+//! (ε, ε², ε³). A triangle T is met iff the shifted line crosses it, d·N ≠ 0, and t > 0 for the plane through T and p
+//! unshifted.
 //!
-//! 1. *The shifted line is generic.* Across d, an edge is a segment or, if parallel to d, a point. An edge function
-//!    is a polynomial in ε that vanishes for none but the latter, so the line meets the carriers of no other edges. A point is an
-//!    end of other edges, or its triangle has no area: those are never met, and generic lines do not cross them. So the line
-//!    crosses C in the interior of triangles with d·N ≠ 0 only.
-//! 2. *The hits of a ray are the crossings of one that starts at q(d) = p + τd + e*, with ε ≪ τ ≪ 1. The plane of a triangle that
-//!    the line crosses is met at t + O(ε). Where t > 0 that is beyond τ; where t < 0 before it; and where t = 0, which is no hit, it is
-//!    O(ε) < τ: before it as well. T₀, which never counts, is not crossed from q(d) on either: p is above its plane, or in it, and d
-//!    leads upward.
-//! 3. *Crossings count the winding number.* Closed chains of triangles intersect closed curves zero times, counted with signs.
-//!    For a generic ray from q let w(q) = #(d·N > 0) − #(d·N < 0) over its crossings with C. Two rays from one q, joined far outside, are a
-//!    closed curve: w(q) does not depend on d. A path from q to q′ that does not meet C joins their rays to a closed curve as well:
-//!    w(q) = w(q′).
-//! 4. *All rays of a receiver have one w.* C has finitely many closed triangles; those but T₀ are some distance away from p. If T₀
-//!    does not contain p, a ball around p does not meet C. If it does, p lies in its plane, and the open half of such a ball above that plane does not
-//!    meet C. Either holds q(d) for all d of the receiver, and is convex.
-//! 5. A ray that meets no triangle of C has w = 0 − 0. So all rays of the receiver have as many back as front hits, and those
-//!    without a front hit have no hit at all. ∎
+//! 1. *The shifted line is generic.* Across d, an edge is a segment or, if parallel to d, a point. An edge function is
+//!    a polynomial in ε that vanishes for none but the latter, so the line meets the carriers of no other edges. A
+//!    point is an end of other edges, or its triangle has no area: those are never met, and generic lines do not cross
+//!    them. So the line crosses C in the interior of triangles with d·N ≠ 0 only.
+//! 2. *The hits of a ray are the crossings of one that starts at q(d) = p + τd + e*, with ε ≪ τ ≪ 1. The plane of a
+//!    triangle that the line crosses is met at t + O(ε). Where t > 0 that is beyond τ; where t < 0 before it; and where
+//!    t = 0, which is no hit, it is O(ε) < τ: before it as well. T₀, which never counts, is not crossed from q(d) on
+//!    either: p is above its plane, or in it, and d leads upward.
+//! 3. *Crossings count the winding number.* Closed chains of triangles intersect closed curves zero times, counted with
+//!    signs. For a generic ray from q let w(q) = #(d·N > 0) − #(d·N < 0) over its crossings with C. Two rays from one
+//!    q, joined far outside, are a closed curve: w(q) does not depend on d. A path from q to q′ that does not meet C
+//!    joins their rays to a closed curve as well: w(q) = w(q′).
+//! 4. *All rays of a receiver have one w.* C has finitely many closed triangles; those but T₀ are some distance away
+//!    from p. If T₀ does not contain p, a ball around p does not meet C. If it does, p lies in its plane, and the open
+//!    half of such a ball above that plane does not meet C. Either holds q(d) for all d of the receiver, and is convex.
+//! 5. A ray that meets no triangle of C has w = 0 − 0. So all rays of the receiver have as many back as front hits, and
+//!    those without a front hit have no hit at all. ∎
 //!
-//! Only C counts here: triangles that do not belong to it are tested from both sides, always. A limit breaks the rule, as the
-//! hits beyond it would have to be known.
+//! Only C counts here: triangles that do not belong to it are tested from both sides, always. A limit breaks the rule,
+//! as the hits beyond it would have to be known.
 //!
-//! Based on: Alec Jacobson, Ladislav Kavan, Olga Sorkine-Hornung, "Robust Inside-Outside Segmentation using Generalized Winding
-//! Numbers", 2013 (winding numbers of triangle soups); Herbert Edelsbrunner and Ernst Mücke, "Simulation of Simplicity", 1990. The rule itself was found
-//! here.
+//! Based on: Alec Jacobson, Ladislav Kavan, Olga Sorkine-Hornung, "Robust Inside-Outside Segmentation using Generalized
+//! Winding Numbers", 2013 (winding numbers of triangle soups); Herbert Edelsbrunner and Ernst Mücke, "Simulation of
+//! Simplicity", 1990. The rule itself was found here.
 
 use crate::geometry::triangles::Triangles;
 

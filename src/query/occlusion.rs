@@ -1,10 +1,11 @@
-//! Open rays, one by one: for samples that receivers do not share, and, by the general path, the reference for the groupings.
+//! Open rays, one by one: for samples that receivers do not share, and, by the general path, the reference for the
+//! groupings.
 //!
-//! Receivers are taken along a curve, in batches whose rays fill a window of [`crate::intersect::bundle`], each by one thread: their probes exist no
-//! longer than that.
+//! Receivers are taken along a curve, in batches whose rays fill a window of [`crate::intersect::bundle`], each by one
+//! thread: their probes exist no longer than that.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011, Algorithm 1.
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011, Algorithm 1.
 
 use std::mem::size_of;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -32,7 +33,8 @@ const GENERAL: usize = 1 << 17;
 /// Triangles per receiver from which on bundles are faster everywhere, and up to which beams are.
 const FEW: f64 = 6.0;
 const MANY: f64 = 0.8;
-/// Fitted to koala, sponza and chess with 20 thousand to a million receivers: nanoseconds on one core of Zen 5 for a ray, a node, a triangle that is set up and sixteen rays that are tested, in beams.
+/// Fitted to koala, sponza and chess with 20 thousand to a million receivers: nanoseconds on one core of Zen 5 for a
+/// ray, a node, a triangle that is set up and sixteen rays that are tested, in beams.
 const BEAM_COSTS: [f64; 4] = [5.0, 28.0, 3.0, 7.6];
 /// The same for a ray, and for a triangle, in bundles.
 const BUNDLE_COSTS: [f64; 2] = [130.0, 500.0];
@@ -48,8 +50,8 @@ struct Batch {
     work: Workspace,
 }
 
-/// Finds the open rays in beams, [`crate::intersect::beam`], where all receivers share their samples and that is estimated to take less time than
-/// bundles, or is asked for.
+/// Finds the open rays in beams, [`crate::intersect::beam`], where all receivers share their samples and that is
+/// estimated to take less time than bundles, or is asked for.
 pub(crate) fn in_beams(
     triangles: &Triangles<'_>,
     occlusion: &Occlusion<'_>,

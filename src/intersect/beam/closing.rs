@@ -1,12 +1,13 @@
 //! One beam: the rays of a parcel along one direction, closed by runs of triangles.
 //!
-//! Sixteen triangles are set up at once, [`crate::intersect::beam::functions`], and compared with the beam: those that miss it
-//! are dropped, and one that covers it closes all rays. Any other is compared with sixteen packets at once: those it covers are closed, those it
-//! misses are left, and the rest are tested ray by ray, sixteen at once. What f32 leaves in doubt f64 decides, and then exact
-//! arithmetic.
+//! Sixteen triangles are set up at once, [`crate::intersect::beam::functions`], and compared with the beam: those that
+//! miss it are dropped, and one that covers it closes all rays. Any other is compared with sixteen packets at once:
+//! those it covers are closed, those it misses are left, and the rest are tested ray by ray, sixteen at once. What f32
+//! leaves in doubt f64 decides, and then exact arithmetic.
 //!
-//! Based on: Erik Sintorn et al., "Per-Triangle Shadow Volumes Using a View-Sample Cluster Hierarchy", 2014 (a hierarchy of samples against
-//! triangles); Kirill Dmitriev et al., "Faster Ray Tracing with SIMD Shaft Culling", 2004 (shafts that decide for all rays).
+//! Based on: Erik Sintorn et al., "Per-Triangle Shadow Volumes Using a View-Sample Cluster Hierarchy", 2014 (a
+//! hierarchy of samples against triangles); Kirill Dmitriev et al., "Faster Ray Tracing with SIMD Shaft Culling", 2004
+//! (shafts that decide for all rays).
 
 use fearless_simd::{mask16x16, mask32x16, prelude::*, u16x16};
 use glam::DVec3;
@@ -74,8 +75,8 @@ pub(crate) struct Beam<'a> {
     fitted: u32,
     /// Where all rays are, packet by packet: u and v.
     places: [[[f32; WIDTH]; 2]; PACKETS],
-    /// Of the run that is tested: functions; the least and the greatest u, and v; the rays that each triangle has closed; and pairs of a triangle and a
-    /// packet, the triangle in the upper byte.
+    /// Of the run that is tested: functions; the least and the greatest u, and v; the rays that each triangle has
+    /// closed; and pairs of a triangle and a packet, the triangle in the upper byte.
     coefficients: Coefficients,
     sides: [[f32; WIDTH]; 4],
     closed_by: [u32; WIDTH],
@@ -243,8 +244,8 @@ impl<'a> Beam<'a> {
         self.occluders.push(Occluder { run: self.run, lane, closed });
     }
 
-    /// Closes the packets that triangles of the run cover, and lists the pairs of a triangle and a packet that it may meet. Tells how many
-    /// these are.
+    /// Closes the packets that triangles of the run cover, and lists the pairs of a triangle and a packet that it may
+    /// meet. Tells how many these are.
     #[inline(always)]
     fn pair_up<S: Simd>(&mut self, simd: S, run: &Run, (meeting, never): (u16, u16)) -> usize {
         let limited = self.direction.limit < f32::INFINITY;

@@ -6,8 +6,8 @@
 //!
 //! the same along the whole ray. x_k, turned so that it grows along the ray, tells how far. Slopes are at most 1.
 //!
-//! Based on: Quirin Meyer et al., "On Floating-Point Normal Vectors", 2010 (octahedral map); Guy Morton, "A Computer Oriented
-//! Geodetic Data Base", 1966.
+//! Based on: Quirin Meyer et al., "On Floating-Point Normal Vectors", 2010 (octahedral map); Guy Morton, "A Computer
+//! Oriented Geodetic Data Base", 1966.
 
 use fearless_simd::prelude::*;
 use glam::DVec3;

@@ -1,30 +1,34 @@
 //! What sixteen triangles are to a beam: affine functions that are positive where they block a ray.
 //!
-//! Places (u, v) are those of [`crate::intersect::beam::direction`]; all coordinates count from the middle of the parcel. For an edge w from x, with
-//! σ the sign of n = w_u(ab) w_v(ac) − w_v(ab) w_u(ac), which is d·N over d_k,
+//! Places (u, v) are those of [`crate::intersect::beam::direction`]; all coordinates count from the middle of the
+//! parcel. For an edge w from x, with σ the sign of n = w_u(ab) w_v(ac) − w_v(ab) w_u(ac), which is d·N over d_k,
 //!
 //! e(p) = σ(w_u (v_p − v_x) − w_v (u_p − u_x)), f(p) = σ·sgn(d_k)·N·(a − p), g(p) = |n| T − f(p), N = (b − a)×(c − a):
 //!
-//! the ray meets the triangle iff all three e are positive and f is, and within its limit iff g is as well (x_k changes by f/|n|, at most by T). None
-//! needs a division by n, so that triangles seen edge-on are no exception.
+//! the ray meets the triangle iff all three e are positive and f is, and within its limit iff g is as well (x_k changes
+//! by f/|n|, at most by T). None needs a division by n, so that triangles seen edge-on are no exception.
 //!
 //! # Errors
 //!
-//! With u = 2⁻²⁴, R the greatest coordinate of receivers, A that of a plus the sides m₁ = |b − a|∞ and m₂ = |c − a|∞, D = A + R and slopes at most
-//! 1: a coordinate is rounded once, a slope once, u and v take a product and a sum. So (u, v) of a vector of size m err by 6um, and those of a point by 6u
-//! of its coordinates; 8u for b and for c − b, which are sums.
+//! With u = 2⁻²⁴, R the greatest coordinate of receivers, A that of a plus the sides m₁ = |b − a|∞ and m₂ = |c − a|∞, D
+//! = A + R and slopes at most 1: a coordinate is rounded once, a slope once, u and v take a product and a sum. So (u,
+//! v) of a vector of size m err by 6um, and those of a point by 6u of its coordinates; 8u for b and for c − b, which
+//! are sums.
 //!
-//! An edge function with L = |w_u| + |w_v|, in units of uD: 4·6m from w (4·8m for c − b) ; 8L from places; 4L from the constant; 2L from
-//! scaling; 16L from the value at the middle of a rectangle plus or minus what it changes to its sides. Together 30L + 32m.
+//! An edge function with L = |w_u| + |w_v|, in units of uD: 4·6m from w (4·8m for c − b) ; 8L from places; 4L from the
+//! constant; 2L from scaling; 16L from the value at the middle of a rectangle plus or minus what it changes to its
+//! sides. Together 30L + 32m.
 //!
-//! The plane with M = |N_i| + |N_j| + |n|: components of N err by 8u m₁m₂, n by 42. In units of uD, 74 m₁m₂ from these, and 30M from places, the constant,
-//! scaling and the value. Where there is a limit, D is A + R + T: that pays for n T as well.
+//! The plane with M = |N_i| + |N_j| + |n|: components of N err by 8u m₁m₂, n by 42. In units of uD, 74 m₁m₂ from these,
+//! and 30M from places, the constant, scaling and the value. Where there is a limit, D is A + R + T: that pays for n T
+//! as well.
 //!
-//! Each function is divided by such a bound, [`EDGE`] and [`PLANE`] with room for terms in u², for 2⁻¹⁰⁰ that stands for all that underflows, and for a rough
-//! reciprocal. More than 1 is certainly positive then, less than −1 certainly negative. NaN is neither.
+//! Each function is divided by such a bound, [`EDGE`] and [`PLANE`] with room for terms in u², for 2⁻¹⁰⁰ that stands
+//! for all that underflows, and for a rough reciprocal. More than 1 is certainly positive then, less than −1 certainly
+//! negative. NaN is neither.
 //!
-//! Based on: Sven Woop, Carsten Benthin, Ingo Wald, "Watertight Ray/Triangle Intersection", 2013 (the shear); Nicholas Higham, "Accuracy and
-//! Stability of Numerical Algorithms", 2002.
+//! Based on: Sven Woop, Carsten Benthin, Ingo Wald, "Watertight Ray/Triangle Intersection", 2013 (the shear); Nicholas
+//! Higham, "Accuracy and Stability of Numerical Algorithms", 2002.
 
 use fearless_simd::prelude::*;
 
@@ -44,7 +48,8 @@ const UNDERFLOW: f32 = f32::from_bits((127 - 100) << 23);
 /// Reciprocals err by less than 2⁻⁸: with this factor none is too large.
 const BELOW: f32 = 1.0 - 1.0 / 128.0;
 
-/// Functions c₀ + c₁u + c₂v of the three edges; c₀ + c₁u + c₂v + c₃x_k of the plane; and |n|T, for one triangle or sixteen.
+/// Functions c₀ + c₁u + c₂v of the three edges; c₀ + c₁u + c₂v + c₃x_k of the plane; and |n|T, for one triangle or
+/// sixteen.
 #[derive(Clone, Copy)]
 pub(crate) struct Functions<S: Simd> {
     pub(crate) edges: [[Wide<S>; 3]; 3],
@@ -172,7 +177,8 @@ impl<S: Simd> Functions<S> {
         if limited { least.min(self.limit - plane) } else { least }
     }
 
-    /// Over boxes with some middles and half sides: the least value of the least function, and the least of the greatest values.
+    /// Over boxes with some middles and half sides: the least value of the least function, and the least of the
+    /// greatest values.
     #[inline(always)]
     pub(crate) fn extremes(&self, limited: bool, middle: &[Wide<S>; 3], half: &[Wide<S>; 3]) -> [Wide<S>; 2] {
         let [u, v, k] = *middle;
@@ -240,7 +246,8 @@ mod tests {
         }
     }
 
-    /// Sixteen triangles near some points and large or thin, sixteen points, and a direction through a corner or an edge.
+    /// Sixteen triangles near some points and large or thin, sixteen points, and a direction through a corner or an
+    /// edge.
     fn scene(next: &mut impl FnMut() -> f64, size: f64, shift: f64) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, DVec3) {
         let mut corner = |spread: f64| {
             let p = DVec3::new(next() - 0.5, next() - 0.5, next() - 0.5) * spread * size;

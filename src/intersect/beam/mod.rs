@@ -8,26 +8,30 @@
 //!     descend(all objects): the boxes that the beam may meet, large ones first; a run of sixteen triangles is a leaf
 //! ```
 //!
-//! A leaf decides for the whole beam, for packets, or ray by ray: [`closing`]. Nothing of a direction is kept but its last occluders. Each ray is
-//! decided exactly, so that neither the order of work nor what a thread remembers changes an answer.
+//! A leaf decides for the whole beam, for packets, or ray by ray: [`closing`]. Nothing of a direction is kept but its
+//! last occluders. Each ray is decided exactly, so that neither the order of work nor what a thread remembers changes
+//! an answer.
 //!
-//! Measured with a million receivers and 64 rays above the horizon of each, nanoseconds a ray on one core of Zen 5, orders included: koala 10.6,
-//! sponza 10.2, chess 35; by a grid of cells for each direction, which beams took the place of, it was 100 and more. A ray of koala has a part of 0.05
-//! in nodes, 0.4 in triangles that are set up and 0.3 in tests of sixteen rays; of chess, whose pieces have more triangles than receivers,
-//! 0.14, 2.7 and 2.1. The cost grows with the triangles for each receiver: with 20 thousand receivers (5, 3.3 and 9 triangles each) it is 148, 180
-//! and 540, and bundles are faster on chess.
+//! Measured with 64 rays above the horizon of each receiver, nanoseconds a ray on one core of Zen 5, orders included: a
+//! million receivers take 10.6 (koala), 10.2 (sponza) and 35 (chess). 200 thousand take 26, 26 and 100; by a grid of
+//! cells for each direction, which beams took the place of, they took 112, 114 and 192. A ray of koala has a part of
+//! 0.05 in nodes, 0.4 in triangles that are set up and 0.3 in tests of sixteen rays; of chess, whose pieces have more
+//! triangles than receivers, 0.14, 2.7 and 2.1. The cost grows with the triangles for each receiver: with 20 thousand
+//! receivers (5, 3.3 and 9 triangles each) it is 148, 180 and 540, and bundles, at 180 to 210, are faster on chess.
 //!
-//! What made beams fast: pairs of a triangle and a packet are listed without branches before any is tested, and a triangle's rectangle is compared with those
-//! of packets before its functions are (chess 54 to 37). Kernels must be compiled with the instruction set of their surroundings: as functions of their own, or
-//! with closures over vectors, they took 8 times as long. Tried and dropped: parcels of 64, 128 and 192 receivers (1.0 to 1.1 times
-//! with few receivers, 1.1 to 1.3 times with many on chess).
+//! What made beams fast: pairs of a triangle and a packet are listed without branches before any is tested, and a
+//! triangle's rectangle is compared with those of packets before its functions are (chess 54 to 37). Kernels must be
+//! compiled with the instruction set of their surroundings: as functions of their own, or with closures over vectors,
+//! they took 8 times as long. Tried and dropped: parcels of 64, 128 and 192 receivers (1.0 to 1.1 times with few
+//! receivers, 1.1 to 1.3 times with many on chess).
 //!
-//! Half of the triangles of closed surfaces are never tested: [`crate::objects::closed`] has the rule. A receiver's first ray that no front face
-//! blocks is tested with back faces as well; if it is open, and no triangle contains the receiver, front faces are enough from then on.
+//! Half of the triangles of closed surfaces are never tested: [`crate::objects::closed`] has the rule. A receiver's
+//! first ray that no front face blocks is tested with back faces as well; if it is open, and no triangle contains the
+//! receiver, front faces are enough from then on.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011; Alexander Keller and Wolfgang Heidrich, "Interleaved Sampling", 2001 (directions shared by many receivers); Sergey
-//! Zhukov, Andrei Iones, Grigorij Kronin, "An Ambient Light Illumination Model", 1998.
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011; Alexander Keller and Wolfgang Heidrich, "Interleaved Sampling", 2001 (directions shared by many
+//! receivers); Sergey Zhukov, Andrei Iones, Grigorij Kronin, "An Ambient Light Illumination Model", 1998.
 
 pub(crate) mod closing;
 pub(crate) mod direction;

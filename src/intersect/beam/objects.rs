@@ -1,11 +1,12 @@
-//! The objects of beams: a working copy of the triangles in their order, and the boxes of the implicit hierarchy over it.
+//! The objects of beams: a working copy of the triangles in their order, and the boxes of the implicit hierarchy over
+//! it.
 //!
-//! Coordinates are multiplied by a power of two, so that the scene is smaller than 1 and larger than 1/4: products of three lengths then
-//! stay in the range of f32. Triangles are a corner and two edges, b − a and c − a, each rounded once: 40 bytes with the id. All
-//! of it lasts as long as the query.
+//! Coordinates are multiplied by a power of two, so that the scene is smaller than 1 and larger than 1/4: products of
+//! three lengths then stay in the range of f32. Triangles are a corner and two edges, b − a and c − a, each rounded
+//! once: 40 bytes with the id. All of it lasts as long as the query.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011 (implicit hierarchies).
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011 (implicit hierarchies).
 
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -61,7 +62,8 @@ pub(crate) struct Run {
     pub(crate) ab: [[f32; RUN]; 3],
     pub(crate) ac: [[f32; RUN]; 3],
     pub(crate) ids: [u32; RUN],
-    /// Places that hold a triangle, and those that hold one whose back faces need no test once a receiver is known to lie outside.
+    /// Places that hold a triangle, and those that hold one whose back faces need no test once a receiver is known to
+    /// lie outside.
     pub(crate) present: u16,
     pub(crate) closed: u16,
 }

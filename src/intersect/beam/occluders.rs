@@ -1,6 +1,7 @@
 //! The last occluders of each direction: what closed many rays of a parcel is tried first on the next one.
 //!
-//! Based on: Greg Ward, "The RADIANCE Lighting Simulation and Rendering System", 1994 (the last occluder of a light is tested first).
+//! Based on: Greg Ward, "The RADIANCE Lighting Simulation and Rendering System", 1994 (the last occluder of a light is
+//! tested first).
 
 use crate::intersect::beam::closing::Occluder;
 use crate::intersect::beam::objects::{Objects, Run};

@@ -1,15 +1,15 @@
 //! The order of the objects, and the shape of the implicit hierarchy over it.
 //!
 //! Runs of up to 16 triangles are the lowest level, and up to 16 nodes of a level make one of the next: a node's number
-//! tells its children, and nothing points anywhere. To divide objects by cost all the same, there is room for [`SPARE`] times as many triangles as
-//! there are. A section of the objects, with so many places for nodes, is divided in two at the plane with the least
-//! A₁w(n₁) + A₂w(n₂) that leaves both parts room, where A are the surfaces of the boxes and w(n) = n + 3⌈n/16⌉; the section with the largest
-//! surface first, until each has one place or fits a run. Sections then go from the largest box to the smallest, as any hit is looked for: what is large ends
-//! most rays.
+//! tells its children, and nothing points anywhere. To divide objects by cost all the same, there is room for [`SPARE`]
+//! times as many triangles as there are. A section of the objects, with so many places for nodes, is divided in two at
+//! the plane with the least A₁w(n₁) + A₂w(n₂) that leaves both parts room, where A are the surfaces of the boxes and
+//! w(n) = n + 3⌈n/16⌉; the section with the largest surface first, until each has one place or fits a run. Sections
+//! then go from the largest box to the smallest, as any hit is looked for: what is large ends most rays.
 //!
-//! Based on: Ingo Wald, "On Fast Construction of SAH-based Bounding Volume Hierarchies", 2007 (binning); Jeffrey Goldsmith and John
-//! Salmon, "Automatic Creation of Object Hierarchies for Ray Tracing", 1987 (cost); Thiago Ize and Charles Hansen, "RTSAH
-//! Traversal Order for Occlusion Rays", 2011 (occluders that are likely first).
+//! Based on: Ingo Wald, "On Fast Construction of SAH-based Bounding Volume Hierarchies", 2007 (binning); Jeffrey
+//! Goldsmith and John Salmon, "Automatic Creation of Object Hierarchies for Ray Tracing", 1987 (cost); Thiago Ize and
+//! Charles Hansen, "RTSAH Traversal Order for Occlusion Rays", 2011 (occluders that are likely first).
 
 use std::ops::Range;
 
@@ -21,8 +21,8 @@ use crate::intersect::beam::WIDTH;
 use crate::objects::runs::RUN;
 use crate::rays::hits::NO_TRIANGLE;
 
-/// Room for triangles, as a multiple of their number: at 46 bytes for each place, boxes and the id while they are copied
-/// included, 63 bytes a triangle.
+/// Room for triangles, as a multiple of their number: at 46 bytes for each place, boxes and the id while they are
+/// copied included, 63 bytes a triangle.
 const SPARE: f64 = 1.35;
 /// Planes that are tried across each axis, and one.
 const BINS: usize = 16;
@@ -250,7 +250,8 @@ impl Bins {
         bins
     }
 
-    /// The best division across one axis, where it is better. Both sides have objects and find room, if the objects that were counted are all.
+    /// The best division across one axis, where it is better. Both sides have objects and find room, if the objects
+    /// that were counted are all.
     #[inline(always)]
     fn best_across<S: Simd>(
         &self,
@@ -282,8 +283,8 @@ impl Bins {
     }
 }
 
-/// Brings objects into an order in which those of two parts are consecutive. Tells how many are in the first, and how many of the
-/// places it gets: both parts find room.
+/// Brings objects into an order in which those of two parts are consecutive. Tells how many are in the first, and how
+/// many of the places it gets: both parts find room.
 #[inline(always)]
 fn divide_in_two<S: Simd>(simd: S, items: &mut [Item], places: usize, room: usize) -> (usize, usize) {
     let total = items.len();

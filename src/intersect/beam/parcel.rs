@@ -1,12 +1,13 @@
 //! A parcel: up to 256 neighbouring receivers in 16 packets of 16. What all its beams read.
 //!
-//! Receivers are ordered along a curve; blocks of some thousands are then divided at medians of their longest axis, down
-//! to parcels and to packets. Compactness is what counts: parcels cut from the curve alone take 2 to 3 times as long.
+//! Receivers are ordered along a curve; blocks of some thousands are then divided at medians of their longest axis,
+//! down to parcels and to packets. Compactness is what counts: parcels cut from the curve alone take 2 to 3 times as
+//! long.
 //!
-//! Coordinates count from the middle of the parcel, so that f32 is as fine as receivers are near each other. Which receivers a direction
-//! leaves above their surface follows from the sign of d·N. With N and d over their greatest components, both rounded to f32, each of
-//! three products errs by less than six roundings of 1, sums included, and by what N errs in f64. Signs within that are decided
-//! exactly.
+//! Coordinates count from the middle of the parcel, so that f32 is as fine as receivers are near each other. Which
+//! receivers a direction leaves above their surface follows from the sign of d·N. With N and d over their greatest
+//! components, both rounded to f32, each of three products errs by less than six roundings of 1, sums included, and by
+//! what N errs in f64. Signs within that are decided exactly.
 
 use fearless_simd::{Level, prelude::*, u32x16};
 use rayon::prelude::*;
@@ -31,7 +32,8 @@ const BLOCK: usize = 16 * RECEIVERS;
 
 /// Rounding in f32 of components of N and of d, their products and two sums, for |d_k| ≤ 1.
 const FACING_ERROR: f64 = 18.0 / (1 << 24) as f64;
-/// A component of N: the differences of its corners, their products and the difference of those, as parts of the permanent.
+/// A component of N: the differences of its corners, their products and the difference of those, as parts of the
+/// permanent.
 const NORMAL_ERROR: f64 = 8.0 * U;
 
 /// A bit for each receiver of a parcel.
@@ -97,8 +99,8 @@ impl Parcel {
         for index in 0..RECEIVERS {
             let (packet, lane) = (index / WIDTH, index % WIDTH);
             let at = point(ids[index.min(ids.len() - 1)]);
-            for k in 0..3 {
-                let x = at[k] - self.middle[k];
+            for (k, (at, middle)) in at.into_iter().zip(self.middle).enumerate() {
+                let x = at - middle;
                 self.reach = self.reach.max(x.abs());
                 (self.at[packet][k][lane], self.transposed[lane][k][packet]) = (x, x);
             }
@@ -225,8 +227,8 @@ fn normal_of(triangles: &Triangles<'_>, hemisphere: &Hemisphere) -> ([f32; 3], f
     ((normal / size).as_vec3().to_array(), tolerance)
 }
 
-/// Whether rays of a receiver may meet its own triangle, which does not count. They do not where all leave that triangle for the side
-/// that the receiver lies on.
+/// Whether rays of a receiver may meet its own triangle, which does not count. They do not where all leave that
+/// triangle for the side that the receiver lies on.
 fn may_meet_owner(triangles: &Triangles<'_>, hemisphere: &Hemisphere) -> bool {
     let TriangleId(owner) = hemisphere.receiver.triangle;
     owner != NO_TRIANGLE

@@ -1,10 +1,11 @@
 //! The way of a beam through the implicit hierarchy of the objects.
 //!
-//! Sixteen boxes are compared with the beam at once: with its rectangle in u and v, with the third pair of sides of a box's outline, s_j u − s_i v, and
-//! with how far rays begin and reach. Children stand in the order of their size, so that large ones come first.
+//! Sixteen boxes are compared with the beam at once: with its rectangle in u and v, with the third pair of sides of a
+//! box's outline, s_j u − s_i v, and with how far rays begin and reach. Children stand in the order of their size, so
+//! that large ones come first.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011, Algorithm 1.
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011, Algorithm 1.
 
 use fearless_simd::prelude::*;
 
