@@ -7,10 +7,14 @@
 use std::hint::black_box;
 
 use gungraun::{library_benchmark, library_benchmark_group, main};
+use umbel::engine::{Film, GridFilm};
 use umbel::glam::DVec3;
-use umbel::{Film, Frame, GridFilm, Options, Origin, Pencil, Triangles};
+use umbel::{Frame, Options, Origin, Pencil, Triangles};
 
-mod icosphere;
+/// The folder of the subjects, of which this program needs one.
+mod subjects {
+    pub(crate) mod icosphere;
+}
 
 /// Triangles and rays.
 struct Query {
@@ -31,7 +35,7 @@ fn query(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>, eye: DVec3) -> Quer
 
 /// A sphere of many small triangles: projection, setup and short rows.
 fn small_triangles(divisions: u32) -> Query {
-    let (positions, triangles) = icosphere::icosphere(divisions);
+    let (positions, triangles) = subjects::icosphere::icosphere(divisions);
     query(positions, triangles, DVec3::Z * 2.2)
 }
 

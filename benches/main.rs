@@ -5,73 +5,19 @@
     allow(dead_code, reason = "some parts serve some engines only")
 )]
 
-mod ambient;
-mod ambient_rays;
-mod answer;
-mod bounce;
-mod bounce_rays;
-mod cli;
-mod cliff_subjects;
-mod cliffs;
-mod comparison;
-mod crossover;
-mod cube;
-mod curves;
-mod directions;
-mod engine;
+mod commands;
 mod engines;
-mod error;
-mod error_curves;
-mod estimates;
-mod icosphere;
-mod leaks;
 mod machine;
-mod morton;
-mod partitions;
-mod picture;
-mod plot;
-mod primary;
-mod reference;
 mod report;
-mod reyes;
-mod reyes_growth;
-mod rounds;
-mod shadow;
-mod shadow_rays;
-mod sheets;
-mod subject;
-mod surface_points;
-mod table;
-mod umbel_engine;
-mod view_rays;
-mod views;
-
-#[cfg(feature = "embree")]
-mod embree;
-#[cfg(feature = "embree")]
-mod embree_ambient;
-#[cfg(feature = "embree")]
-mod embree_api;
-#[cfg(feature = "embree")]
-mod embree_bounce;
-#[cfg(feature = "embree")]
-mod embree_engine;
-#[cfg(feature = "llvmpipe")]
-mod gl_api;
-#[cfg(feature = "llvmpipe")]
-mod gl_context;
-#[cfg(feature = "llvmpipe")]
-mod gl_raster;
-#[cfg(feature = "llvmpipe")]
-mod llvmpipe_engine;
-#[cfg(feature = "obvhs")]
-mod obvhs_engine;
-#[cfg(feature = "parry")]
-mod parry_engine;
+mod subjects;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+
+use commands::{
+    ambient, bounce, cli, cliffs, cube, error, leaks, partitions, primary, reyes, reyes_growth, shadow,
+};
 
 /// What can go wrong here is told, not handled.
 pub(crate) type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;

@@ -7,12 +7,12 @@
 
 use std::path::Path;
 
+use umbel::bake::{Bake, BakeOptions, BakeReceivers};
+use umbel::builtin::builtin_view;
+use umbel::engine::{Above, Hemisphere, Receiver};
+use umbel::files::{GrayBits, srgb_encode, write_png_gray};
 use umbel::glam::DVec3;
-use umbel::{
-    Above, Bake, BakeOptions, BakeReceivers, Camera, Error, Frame, GrayBits, Hemisphere, Hits, Lens,
-    LoadOptions, Options, Pencil, Receiver, Scene, Triangles, builtin_view, load, srgb_encode,
-    write_png_gray,
-};
+use umbel::{Camera, Error, Frame, Hits, Lens, LoadOptions, Options, Pencil, Scene, Triangles, load};
 
 /// Pixels of the picture.
 const SIZE: (u32, u32) = (640, 360);

@@ -7,10 +7,10 @@
 
 use std::path::Path;
 
+use umbel::bake::{Bake, BakeOptions, Falloff, Occluders, Reach};
+use umbel::files::write_ply_mesh;
 use umbel::glam::DVec3;
-use umbel::{
-    Bake, BakeOptions, Error, Falloff, Frame, LoadOptions, Occluders, Options, Reach, load, write_ply_mesh,
-};
+use umbel::{Error, Frame, LoadOptions, Options, load};
 
 fn main() -> Result<(), Error> {
     let name = std::env::args().nth(1).unwrap_or_else(|| "builtin:umbel:20000".to_owned());
@@ -34,5 +34,5 @@ fn main() -> Result<(), Error> {
     receivers.indices.iter().zip(&found.values).for_each(|(&vertex, &value)| values[vertex as usize] = value);
     let mean = found.values.iter().sum::<f32>() / found.values.len().max(1) as f32;
     println!("{} vertices, {} rays, mean openness {mean:.3}", receivers.len(), found.rays);
-    write_ply_mesh(Path::new("bake_vertices.ply"), &scene, "openness", &values)
+    write_ply_mesh(Path::new("bake_vertices.ply"), &scene.positions, &scene.triangles, "openness", &values)
 }

@@ -5,8 +5,9 @@
 
 use std::path::Path;
 
+use umbel::files::{Array, write_npy};
 use umbel::glam::DVec3;
-use umbel::{Aov, AovData, Array, Camera, Error, Lens, LoadOptions, Options, load, visibility, write_npy};
+use umbel::{Aov, AovData, Camera, Error, Lens, LoadOptions, Options, load, visibility};
 
 const WIDTH: u32 = 640;
 const HEIGHT: u32 = 360;

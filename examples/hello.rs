@@ -4,8 +4,10 @@
 
 use std::path::Path;
 
+use umbel::files::{srgb_encode, write_png_rgb8};
 use umbel::glam::DVec3;
-use umbel::{Camera, Error, Lens, Options, Scene, preview, srgb_encode, visibility, write_png_rgb8};
+use umbel::render::preview;
+use umbel::{Camera, Error, Lens, Options, Scene, visibility};
 
 fn main() -> Result<(), Error> {
     let scene = Scene {

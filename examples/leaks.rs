@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example leaks [DIVISIONS]` prints a line per origin and writes `leaks.txt`. Each division makes
 //! four triangles of one: 5 makes 20,480, 8 makes 1.3 million. Elsewhere such rays are where cracks show, because they meet
-//! edges and corners as exactly as numbers allow. For closed OBJ files see `tests/watertight.rs`.
+//! edges and corners as exactly as numbers allow. For closed OBJ files see `tests/exactness/watertight.rs`.
 //!
 //! Based on: Sven Woop, Carsten Benthin and Ingo Wald, "Watertight Ray/Triangle Intersection", 2013 (the experiment).
 
@@ -11,8 +11,10 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use umbel::engine::Film;
+use umbel::files::write_atomically;
 use umbel::glam::DVec3;
-use umbel::{Error, Film, Options, Origin, Pencil, Triangles, closest_hit, write_atomically};
+use umbel::{Error, Options, Origin, Pencil, Triangles, closest_hit};
 
 fn main() -> Result<(), Error> {
     let divisions = std::env::args().nth(1).map_or(Ok(5), |text| text.parse());

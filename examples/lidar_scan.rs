@@ -7,7 +7,8 @@
 use std::path::Path;
 
 use umbel::glam::DVec3;
-use umbel::{Camera, Error, Lens, LoadOptions, Options, load, visibility, write_ply};
+use umbel::render::write_ply;
+use umbel::{Camera, Error, Lens, LoadOptions, Options, load, visibility};
 
 fn main() -> Result<(), Error> {
     let words: Vec<String> = std::env::args().skip(1).collect();

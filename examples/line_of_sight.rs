@@ -10,8 +10,9 @@
 
 use std::path::Path;
 
+use umbel::files::write_png_rgb8;
 use umbel::glam::DVec3;
-use umbel::{Error, Options, Ray, any_hit, builtin, write_png_rgb8};
+use umbel::{Error, Options, Ray, any_hit, builtin};
 
 /// Places along one side of the room.
 const SIDE: u32 = 512;

@@ -8,11 +8,12 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
+use umbel::files::{srgb_encode, write_png_rgb8};
 use umbel::glam::DVec3;
-use umbel::{
-    Bounces, Camera, Error, Lens, Look, Material, NO_INDEX, Object, Optics, Options, Scene, builtin,
-    preview_with, srgb_encode, sun_light, visibility, write_png_rgb8,
-};
+use umbel::render::{Bounces, Look, preview_with};
+use umbel::scene::{Material, NO_INDEX, Object, Optics};
+use umbel::shadow::sun_light;
+use umbel::{Camera, Error, Lens, Options, Scene, builtin, visibility};
 
 /// Water: of what does not pass into the dark, most is mirrored at flat angles.
 const WATER: Optics = Optics { mirror: [0.30, 0.33, 0.36], ..Optics::OPAQUE };

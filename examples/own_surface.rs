@@ -8,11 +8,10 @@ use std::f32::consts::PI;
 use std::f64::consts::TAU;
 use std::path::Path;
 
+use umbel::engine::{Aabb, Detail, Dicing, Domain, OnDemand, closest_hit_on_demand};
+use umbel::files::{Array, write_npy};
 use umbel::glam::DVec3;
-use umbel::{
-    Aabb, Array, Camera, Detail, Dicing, Domain, Error, Lens, OnDemand, Options, closest_hit_on_demand,
-    write_npy,
-};
+use umbel::{Camera, Error, Lens, Options};
 
 struct Torus;
 

@@ -7,11 +7,10 @@
 
 use std::path::Path;
 
+use umbel::files::write_png_rgb8;
 use umbel::glam::DVec3;
-use umbel::{
-    Camera, Error, Frame, Lens, LoadOptions, NO_TRIANGLE, Options, Receivers, compare_maps, cube_map, load,
-    point_light, receivers, visibility, write_png_rgb8,
-};
+use umbel::shadow::{Receivers, compare_maps, cube_map, point_light, receivers};
+use umbel::{Camera, Error, Frame, Lens, LoadOptions, NO_TRIANGLE, Options, load, visibility};
 
 /// Pixels of the picture.
 const SIZE: (u32, u32) = (960, 540);

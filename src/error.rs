@@ -198,7 +198,8 @@ impl Error {
     }
 }
 
-/// The first element that is wrong, by all threads. One by one, in a parallel iterator, 2 million rays took 15 ms longer.
+/// The first element that is wrong, by all threads. One by one, in a parallel iterator, 2 million rays took 15 ms
+/// longer.
 pub(crate) fn first_wrong<T: Sync>(items: &[T], is_wrong: impl Fn(&T) -> bool + Sync) -> Option<usize> {
     items.par_chunks(CHECKED).enumerate().find_map_first(|(number, chunk)| {
         chunk.iter().position(&is_wrong).map(|place| number * CHECKED + place)

@@ -1,60 +1,85 @@
 //! Counters of one query. They explain where the time went; they depend on threads and are no output.
 
-/// What a query did. Returned by value; sums with [`Stats::plus`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Stats {
+/// The counters, each written once: their fields, their names for reports, and their places for sums.
+macro_rules! counters {
+    ($($(#[$doc:meta])* $name:ident,)*) => {
+        /// What a query did. Returned by value; sums with [`Stats::plus`].
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+        pub struct Stats {
+            $($(#[$doc])* pub $name: u64,)*
+        }
+
+        /// Their number.
+        const COUNTERS: usize = [$(stringify!($name)),*].len();
+
+        impl Stats {
+            /// All counters with their names, in a fixed order: for reports.
+            #[must_use]
+            pub fn counters(&self) -> [(&'static str, u64); COUNTERS] {
+                [$((stringify!($name), self.$name)),*]
+            }
+
+            /// The counters in the order of [`Stats::counters`].
+            fn counters_mut(&mut self) -> [&mut u64; COUNTERS] {
+                [$(&mut self.$name),*]
+            }
+        }
+    };
+}
+
+counters! {
     /// Steps of the recursion.
-    pub nodes: u64,
+    nodes,
     /// Boxes tested against the frustum of a sub-pencil, or against the shaft of a bundle.
-    pub frustum_tests: u64,
+    frustum_tests,
     /// Boxes tested against one ray.
-    pub box_tests: u64,
+    box_tests,
     /// Boxes dropped because they lie outside the frustum.
-    pub culled_by_bound: u64,
+    culled_by_bound,
     /// Boxes dropped because every ray of the sub-pencil has hit something nearer.
-    pub culled_by_depth: u64,
+    culled_by_depth,
     /// Triangles prepared for a sub-pencil or a bundle, or tested in a leaf of the general path.
-    pub triangles_set_up: u64,
+    triangles_set_up,
     /// Parts of blocks of rays, up to 8x8, that a triangle was tested with.
-    pub blocks: u64,
-    /// Pairs of a ray and a triangle whose edge functions were evaluated: the unit in which local statistics tell the work
-    /// ([`TileStats::samples_per_ray`], [`crate::query::frame::Frame::pairs`]). Bundles evaluate a group as eight triangles, whatever it holds; of
-    /// surfaces on demand those pairs count that rounded edge functions leave.
-    pub samples_tested: u64,
+    blocks,
+    /// Pairs of a ray and a triangle whose edge functions were evaluated: the unit in which local statistics tell the
+    /// work ([`TileStats::samples_per_ray`], [`crate::query::frame::Frame::pairs`]). Bundles evaluate a leaf as eight
+    /// triangles, whatever it holds; of surfaces on demand those pairs count that rounded edge functions leave.
+    samples_tested,
     /// Pairs whose coverage or order f32 could not decide on a grid film.
-    pub doubtful_samples: u64,
+    doubtful_samples,
     /// Pairs whose coverage f64 could not decide.
-    pub ambiguous_coverage: u64,
+    ambiguous_coverage,
     /// Pairs of hits whose order f64 could not decide.
-    pub ambiguous_order: u64,
+    ambiguous_order,
     /// Rays of samples by which the general path has chosen a partition.
-    pub rays_sampled: u64,
+    rays_sampled,
     /// Steps of the general path that did not ask which rays meet a box, as a sample has said that most do.
-    pub filters_skipped: u64,
+    filters_skipped,
     /// References to triangles that the voxels of a spatial partition have made.
-    pub references_made: u64,
+    references_made,
     /// Bytes of rays and objects touched by steps of the general path whose rays and objects are at most 32 KiB.
-    pub bytes_within_32k: u64,
+    bytes_within_32k,
     /// Those touched by steps beyond that of at most 1 MiB.
-    pub bytes_within_1m: u64,
+    bytes_within_1m,
     /// Those touched by larger steps.
-    pub bytes_beyond_1m: u64,
+    bytes_beyond_1m,
     /// Groups of surfaces that were expanded.
-    pub surfaces_expanded: u64,
+    surfaces_expanded,
     /// Patches, or parts of them, that were split.
-    pub surfaces_split: u64,
+    surfaces_split,
     /// Groups, patches and parts dropped because they lie outside a frustum.
-    pub surfaces_culled_by_frustum: u64,
+    surfaces_culled_by_frustum,
     /// Those dropped because every ray that they may meet has hit something nearer.
-    pub surfaces_culled_by_depth: u64,
+    surfaces_culled_by_depth,
     /// Parts of patches that were diced; those in several tiles count in each.
-    pub surfaces_diced: u64,
+    surfaces_diced,
     /// Micropolygons made: quadrilaterals of grids.
-    pub micropolygons: u64,
+    micropolygons,
     /// The most micropolygons that were kept at the same time.
-    pub micropolygons_in_flight: u64,
+    micropolygons_in_flight,
     /// Peak bytes of the engine's own buffers: without triangles, rays and hits.
-    pub engine_bytes: u64,
+    engine_bytes,
 }
 
 impl Stats {
@@ -68,42 +93,11 @@ impl Stats {
         sum
     }
 
-    /// The sum of a query and the one after it, whose buffers take the place of the first's: of bytes the larger remain.
+    /// The sum of a query and the one after it, whose buffers take the place of the first's: of bytes the larger
+    /// remain.
     #[must_use]
     pub fn then(self, next: Self) -> Self {
         Self { engine_bytes: self.engine_bytes.max(next.engine_bytes), ..self.plus(next) }
-    }
-
-    /// All counters with their names, in a fixed order: for reports.
-    #[must_use]
-    pub fn counters(&self) -> [(&'static str, u64); 25] {
-        [
-            ("nodes", self.nodes),
-            ("frustum_tests", self.frustum_tests),
-            ("box_tests", self.box_tests),
-            ("culled_by_bound", self.culled_by_bound),
-            ("culled_by_depth", self.culled_by_depth),
-            ("triangles_set_up", self.triangles_set_up),
-            ("blocks", self.blocks),
-            ("samples_tested", self.samples_tested),
-            ("doubtful_samples", self.doubtful_samples),
-            ("ambiguous_coverage", self.ambiguous_coverage),
-            ("ambiguous_order", self.ambiguous_order),
-            ("rays_sampled", self.rays_sampled),
-            ("filters_skipped", self.filters_skipped),
-            ("references_made", self.references_made),
-            ("bytes_within_32k", self.bytes_within_32k),
-            ("bytes_within_1m", self.bytes_within_1m),
-            ("bytes_beyond_1m", self.bytes_beyond_1m),
-            ("surfaces_expanded", self.surfaces_expanded),
-            ("surfaces_split", self.surfaces_split),
-            ("surfaces_culled_by_frustum", self.surfaces_culled_by_frustum),
-            ("surfaces_culled_by_depth", self.surfaces_culled_by_depth),
-            ("surfaces_diced", self.surfaces_diced),
-            ("micropolygons", self.micropolygons),
-            ("micropolygons_in_flight", self.micropolygons_in_flight),
-            ("engine_bytes", self.engine_bytes),
-        ]
     }
 
     /// Counts the bytes that a step of the general path touches.
@@ -113,37 +107,6 @@ impl Stats {
             0x8001..=0x10_0000 => self.bytes_within_1m += bytes,
             _ => self.bytes_beyond_1m += bytes,
         }
-    }
-
-    /// The counters in the order of [`Stats::counters`].
-    fn counters_mut(&mut self) -> [&mut u64; 25] {
-        [
-            &mut self.nodes,
-            &mut self.frustum_tests,
-            &mut self.box_tests,
-            &mut self.culled_by_bound,
-            &mut self.culled_by_depth,
-            &mut self.triangles_set_up,
-            &mut self.blocks,
-            &mut self.samples_tested,
-            &mut self.doubtful_samples,
-            &mut self.ambiguous_coverage,
-            &mut self.ambiguous_order,
-            &mut self.rays_sampled,
-            &mut self.filters_skipped,
-            &mut self.references_made,
-            &mut self.bytes_within_32k,
-            &mut self.bytes_within_1m,
-            &mut self.bytes_beyond_1m,
-            &mut self.surfaces_expanded,
-            &mut self.surfaces_split,
-            &mut self.surfaces_culled_by_frustum,
-            &mut self.surfaces_culled_by_depth,
-            &mut self.surfaces_diced,
-            &mut self.micropolygons,
-            &mut self.micropolygons_in_flight,
-            &mut self.engine_bytes,
-        ]
     }
 }
 

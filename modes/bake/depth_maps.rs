@@ -43,8 +43,8 @@ use umbel_core::{
     Stats, TriangleId, Triangles,
 };
 
-use crate::bake::BakeReceivers;
 use crate::bake::map_places::{LANES, Place, Places, Units};
+use crate::bake::receivers::BakeReceivers;
 use crate::bake::sample_sets::tangents;
 use crate::error::Error;
 

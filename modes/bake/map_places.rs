@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use umbel_core::{Aabb, Above, Hemisphere, NO_TRIANGLE, Side, TriangleId, Triangles};
 
-use crate::error::Error;
+use crate::error::{Argument, Error};
 
 /// Places side by side.
 pub(crate) const LANES: usize = 8;
@@ -88,11 +88,8 @@ impl Places {
             !(place.abs() - units.half).cmple(DVec3::splat(OUTSIDE)).all()
         };
         if let Some(index) = hemispheres.par_iter().position_first(outside) {
-            let [x, y, z] = hemispheres[index].receiver.point;
-            return Err(Error::Usage(format!(
-                "--depth-maps: receiver {index} at {x}, {y}, {z} lies outside of the scene's box, which the maps cover: \
-                 leave out --depth-maps or that point"
-            )));
+            let point = hemispheres[index].receiver.point;
+            return Err(Argument::OutsideOfMaps { receiver: index, point }.into());
         }
         let [near, far] = INSETS.map(|inset| inset / f64::from(size) * units.length);
         let row = |hemisphere: &Hemisphere, inset: f64| row(triangles, hemisphere, units, inset);

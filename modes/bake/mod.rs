@@ -6,7 +6,8 @@
 //! neither on the others, nor on how they are cut into pieces, nor on threads. (Several receivers of one texel stay together.)
 //!
 //! ```
-//! use umbel::{Bake, BakeOptions, Frame, Options, Scene};
+//! use umbel::{Frame, Options, Scene};
+//! use umbel::bake::{Bake, BakeOptions};
 //!
 //! let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 //! let scene = Scene { positions, triangles: vec![[0, 1, 2]], ..Scene::default() };
@@ -19,25 +20,36 @@
 //!
 //! Based on: Alexander Keller and Wolfgang Heidrich, "Interleaved Sampling", 2001.
 
-pub(crate) mod atlas;
-pub(crate) mod depth_maps;
+pub mod atlas;
+pub mod depth_maps;
 pub(crate) mod map_places;
-pub(crate) mod occluder_scenes;
-pub(crate) mod occluders;
+pub mod occluder_scenes;
+pub mod occluders;
 pub(crate) mod openness;
-pub(crate) mod options;
-pub(crate) mod receivers;
-pub(crate) mod sample_sets;
+pub mod options;
+pub mod receivers;
+pub mod sample_sets;
+
+pub use atlas::image::TexelImage;
+pub use atlas::layout::AtlasOptions;
+pub use atlas::uv_check::{UvCheck, check_uvs};
+pub use atlas::{Atlas, TexelReceiver};
+pub use depth_maps::DepthMaps;
+pub use occluder_scenes::Occluders;
+pub use occluders::{BakeOccluders, rays_around};
+pub use options::{BakeOptions, Polarity};
+pub use receivers::BakeReceivers;
+pub use receivers::points::read_points;
+pub use receivers::vertices::VertexReceivers;
+pub use sample_sets::{Falloff, Reach, SampleSet, Weighting};
 
 use umbel_core::{Frame, Hemisphere, Occlusion, OpenRays, Options, RaySample, RaySamples, Stats};
 
-use crate::bake::depth_maps::DepthMaps;
 use crate::bake::map_places::Places;
-use crate::bake::occluders::BakeOccluders;
 use crate::bake::openness::{Sums, dot, weigh_own, weigh_shared};
-use crate::bake::options::BakeOptions;
-use crate::bake::sample_sets::{INTERLEAVED, OwnSets, SampleSet, set_of, sphere_sets};
+use crate::bake::sample_sets::{INTERLEAVED, OwnSets, set_of, sphere_sets};
 use crate::error::Error;
+use crate::scene::Scene;
 
 /// Rays of one call of the engine that are worth their fixed cost, and that a user does not wait long for.
 const RAYS_PER_CALL: u64 = 1 << 26;
@@ -45,49 +57,41 @@ const RAYS_PER_CALL: u64 = 1 << 26;
 const LEAST_RECEIVERS: u64 = 1 << 12;
 /// Bytes that the engine takes for each receiver.
 const ENGINE_BYTES: u64 = 64;
+/// Bytes that receivers of one piece may take, where the caller does not say.
+const PIECE_BYTES: u64 = 1 << 30;
 /// Bytes of a traced ray.
 const RAY_BYTES: u64 = size_of::<TracedRay>() as u64;
 
-/// Points whose openness is asked for. All parts are of the same length.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct BakeReceivers {
-    /// Where rays start, and the half spaces that they leave into.
-    pub hemispheres: Vec<Hemisphere>,
-    /// Shading normals, of unit length.
-    pub normals: Vec<[f32; 3]>,
-    /// The numbers of the vertices, points or texels: they choose the directions. Several receivers of a texel follow each
-    /// other.
-    pub indices: Vec<u32>,
-}
-
-impl BakeReceivers {
-    /// How many there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.hemispheres.len()
-    }
-
-    /// Whether there is none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.hemispheres.is_empty()
-    }
-
-    /// Adds one.
-    pub fn push(&mut self, hemisphere: Hemisphere, normal: [f32; 3], index: u32) {
-        self.hemispheres.push(hemisphere);
-        self.normals.push(normal);
-        self.indices.push(index);
-    }
-
-    /// Those at some places.
-    fn picked(&self, places: &[usize]) -> Self {
-        Self {
-            hemispheres: places.iter().map(|&place| self.hemispheres[place]).collect(),
-            normals: places.iter().map(|&place| self.normals[place]).collect(),
-            indices: places.iter().map(|&place| self.indices[place]).collect(),
+/// The openness of each vertex of a scene that occludes itself: a value for each of [`Scene::positions`], 0 to 1 unless
+/// [`BakeOptions::polarity`] says otherwise; NaN for vertices that no triangle with an area uses.
+///
+/// [`Bake::run`] takes vertices, texels or points in pieces, and other occluders.
+///
+/// ```
+/// use umbel::bake::{BakeOptions, bake_vertices};
+/// use umbel::builtin;
+///
+/// let scene = builtin("cornell")?;
+/// let openness = bake_vertices(&scene, BakeOptions { rays: 16, ..BakeOptions::default() })?;
+/// assert_eq!(openness.len(), scene.positions.len());
+/// # Ok::<(), umbel::Error>(())
+/// ```
+///
+/// # Errors
+/// When options are out of range or contradict each other, or the scene is refused.
+pub fn bake_vertices(scene: &Scene, options: BakeOptions) -> Result<Vec<f32>, Error> {
+    let triangles = scene.geometry()?;
+    let (bake, vertices) = (Bake::new(options)?, scene.vertex_receivers()?);
+    let (mut frame, mut values) = (Frame::new(), vec![f32::NAN; scene.positions.len()]);
+    let piece = bake.piece(PIECE_BYTES);
+    for first in (0..values.len()).step_by(piece) {
+        let receivers = vertices.range(first..values.len().min(first + piece));
+        let found = bake.run(&triangles, &receivers, &mut frame, &Options::default())?;
+        for (&vertex, value) in receivers.indices.iter().zip(found.values) {
+            values[vertex as usize] = value;
         }
     }
+    Ok(values)
 }
 
 /// A ray above the surface: its start, its direction, t_max in units of the direction's length, and 1 for a hit or else 0.

@@ -15,7 +15,7 @@ use glam::DVec3;
 use umbel_core::{Aabb, Triangles};
 
 use crate::bake::sample_sets::tangents;
-use crate::error::Error;
+use crate::error::{Argument, Error};
 use crate::scene::Scene;
 
 /// Half the side of the ground over the diagonal of what stands on it.
@@ -54,11 +54,11 @@ impl<'a> Occluders<'a> {
     /// Adds a ground below all that there is so far. An empty scene has none.
     ///
     /// # Errors
-    /// [`Error::Usage`] when `up` is zero or not finite, or the ground would leave the range of f32.
+    /// [`Error::Argument`] when `up` is zero or not finite, or the ground would leave the range of f32.
     pub fn add_ground(&mut self, up: DVec3) -> Result<(), Error> {
         let size = up.abs().max_element();
         if !(up.is_finite() && size > 0.0) {
-            return Err(Error::Usage("--up must be finite and not zero".into()));
+            return Err(Argument::GroundUp.into());
         }
         let up = (up / size).normalize();
         let used = || self.triangles.iter().flatten().map(|&vertex| self.positions[vertex as usize]);
@@ -78,7 +78,7 @@ impl<'a> Occluders<'a> {
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
             .map(|(a, b)| (foot + (s * a + t * b) * half).to_array().map(|x| x as f32));
         if !corners.iter().flatten().all(|x| x.is_finite()) {
-            return Err(Error::Usage("--ground-plane: the scene is too large for a ground around it".into()));
+            return Err(Argument::GroundSize.into());
         }
         self.append(&corners, &[[0, 1, 2], [0, 2, 3]], &[2])
     }

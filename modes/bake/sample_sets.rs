@@ -20,14 +20,14 @@
 //! Based on: Robert Marques, Christian Bouville, Mickaël Ribardière, Luís Paulo Santos, Kadi Bouatouch, "Spherical
 //! Fibonacci Point Sets for Illumination Integrals", 2013; Alexander Keller and Wolfgang Heidrich, "Interleaved Sampling",
 //! 2001; Roy Cranley and Thomas Patterson, "Randomization of Number Theoretic Methods for Multiple Integration", 1976;
-//! Ken Shoemake, "Uniform Random Rotations", 1992; Guy Steele, Doug Lea and Christine Flood, "Fast Splittable
-//! Pseudorandom Number Generators", 2014 (the mixing function); Tom Duff et al., "Building an Orthonormal Basis,
-//! Revisited", 2017.
+//! Ken Shoemake, "Uniform Random Rotations", 1992; Tom Duff et al., "Building an Orthonormal Basis, Revisited", 2017.
 
 use std::f64::consts::{SQRT_2, TAU};
 
 use glam::DVec3;
 use umbel_core::RaySample;
+
+use crate::random::{mix, random};
 
 /// 1/Φ.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -203,24 +203,6 @@ fn distance_part(k: u32, shift: f64) -> f64 {
 /// The part of a number behind the point.
 fn fraction(x: f64) -> f64 {
     x - x.floor()
-}
-
-/// Number k of a stream, in [0, 1): a function of its arguments alone.
-fn random(seed: u64, stream: u64, k: u64) -> f64 {
-    uniform(mix(mix(seed ^ mix(stream)).wrapping_add(k)))
-}
-
-/// A number in [0, 1) from the upper bits of another.
-pub(crate) fn uniform(bits: u64) -> f64 {
-    (bits >> 11) as f64 / (1_u64 << 53) as f64
-}
-
-/// SplitMix64: the number that follows z.
-pub(crate) fn mix(z: u64) -> u64 {
-    let z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 /// The axes that a rotation turns x, y and z to: uniform over all rotations for three uniform numbers.

@@ -2,17 +2,18 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use umbel::{Accuracy, Isa, Options, Partition, Path};
+use clap::{Args, Parser, Subcommand};
 
 use crate::bake::args::BakeArgs;
+use crate::common::Common;
+use crate::file_names::FileNames;
 use crate::options::bounces::BounceArgs;
 use crate::options::camera::CameraArgs;
-use crate::options::parse::parse_bytes;
+use crate::options::lights::LightArgs;
 use crate::options::picture::PictureArgs;
 use crate::probe::args::ProbeArgs;
 use crate::reyes::args::ReyesArgs;
-use crate::shadow::args::{LightArgs, ShadowArgs};
+use crate::shadow::args::ShadowArgs;
 use crate::trade::args::TradeArgs;
 
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 runtime failure, 2 usage, 3 bad input, 4 limit hit, \
@@ -27,131 +28,6 @@ pub(crate) struct Cli {
 
     #[command(flatten)]
     pub(crate) common: Common,
-}
-
-/// Options of every verb.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Common options")]
-pub(crate) struct Common {
-    /// Worker threads; 0 takes all processors. Never changes an output
-    #[arg(long, global = true, default_value_t = 0, value_name = "N", env = "UMBEL_THREADS")]
-    pub(crate) threads: usize,
-
-    /// exact: every decision as in exact arithmetic. fast: rounded decisions
-    #[arg(long, global = true, value_enum, default_value = "exact")]
-    pub(crate) accuracy: AccuracyArg,
-
-    /// pencil: one bound stands for many rays. general: every ray by itself. Both give the same output
-    #[arg(long, global = true, value_enum, default_value = "pencil")]
-    pub(crate) path: PathArg,
-
-    /// How --path general divides triangles: at the middle of the longest side, as the file gives them, by space, or by cost
-    /// from a sample of the rays. Never changes an output; only time, and the memory of spatial
-    #[arg(long, global = true, value_enum, default_value = "middle")]
-    pub(crate) partition: PartitionArg,
-
-    /// Instructions of the kernels. Never changes an output; what the machine lacks is refused
-    #[arg(long, global = true, value_enum, default_value = "auto")]
-    pub(crate) isa: IsaArg,
-
-    /// Write counts, times and a hash of the outputs as JSON
-    #[arg(long, global = true, value_name = "FILE.json")]
-    pub(crate) report: Option<PathBuf>,
-
-    /// Run the engine N times on the loaded scene, for timing
-    #[arg(long, global = true, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub(crate) repeat: u32,
-
-    /// With --repeat: start from the triangle order that the run before has found, and from nothing else
-    #[arg(long, global = true)]
-    pub(crate) keep_order: bool,
-
-    /// Stop before starting when more memory than this would be needed, such as 500M or 8G
-    #[arg(long, global = true, value_name = "BYTES", value_parser = parse_bytes)]
-    pub(crate) max_memory: Option<u64>,
-
-    /// Leave out triangles with NaN or infinite positions, with a warning, instead of refusing the scene
-    #[arg(long, global = true)]
-    pub(crate) drop_non_finite: bool,
-
-    /// Say nothing but errors
-    #[arg(short, long, global = true)]
-    pub(crate) quiet: bool,
-
-    /// Print times and counters on stderr
-    #[arg(short, long, global = true, conflicts_with = "quiet")]
-    pub(crate) verbose: bool,
-
-    #[command(flatten)]
-    pub(crate) color: colorchoice_clap::Color,
-}
-
-impl Common {
-    /// Those options that a run of another verb on the same scene has to have as well.
-    pub(crate) fn words(&self) -> Vec<String> {
-        let threads = (self.threads > 0).then(|| ["--threads".to_owned(), self.threads.to_string()]);
-        let dropped = self.drop_non_finite.then(|| "--drop-non-finite".to_owned());
-        threads.into_iter().flatten().chain(dropped).collect()
-    }
-
-    /// The engine's options.
-    pub(crate) fn options(&self) -> Options {
-        Options {
-            path: match self.path {
-                PathArg::Pencil => Path::Pencil,
-                PathArg::General => Path::General,
-            },
-            partition: match self.partition {
-                PartitionArg::Middle => Partition::Middle,
-                PartitionArg::Given => Partition::Given,
-                PartitionArg::Spatial => Partition::Spatial,
-                PartitionArg::Sampled => Partition::Sampled,
-            },
-            accuracy: match self.accuracy {
-                AccuracyArg::Exact => Accuracy::Exact,
-                AccuracyArg::Fast => Accuracy::Fast,
-            },
-            isa: match self.isa {
-                IsaArg::Auto => Isa::Auto,
-                IsaArg::Sse2 => Isa::Sse2,
-                IsaArg::Sse42 => Isa::Sse42,
-                IsaArg::Avx2 => Isa::Avx2,
-                IsaArg::Avx512 => Isa::Avx512,
-                IsaArg::Neon => Isa::Neon,
-            },
-        }
-    }
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum IsaArg {
-    Auto,
-    Sse2,
-    #[value(name = "sse4.2")]
-    Sse42,
-    Avx2,
-    Avx512,
-    Neon,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum AccuracyArg {
-    Exact,
-    Fast,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum PathArg {
-    Pencil,
-    General,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum PartitionArg {
-    Middle,
-    Given,
-    Spatial,
-    Sampled,
 }
 
 #[derive(Debug, Subcommand)]
@@ -174,6 +50,34 @@ pub(crate) enum Command {
     Verify(VerifyArgs),
     /// Print counts, bounds, and degenerate and non-finite elements
     Info(InfoArgs),
+}
+
+impl Command {
+    /// The files that the command line names.
+    pub(crate) fn files(&self) -> FileNames {
+        let of_scene = |scene| FileNames::of_scenes([scene]);
+        match self {
+            Self::Render(args) => of_scene(&args.scene).writing(&args.picture.outputs()),
+            Self::Probe(args) => {
+                of_scene(&args.scene).reading(args.inputs()).writing(&args.picture.outputs())
+            }
+            Self::Visible(args) => of_scene(&args.scene).reading(&args.views).writing(&args.output),
+            Self::Shadow(args) => {
+                let names = FileNames::of_scenes([&args.scene].into_iter().chain(&args.occluders));
+                names.reading(args.surfaces.made.inputs()).writing(args.outputs())
+            }
+            Self::Bake(args) => {
+                let names = FileNames::of_scenes([&args.scene].into_iter().chain(&args.occluders.scenes));
+                names.reading(args.inputs()).writing(args.outputs())
+            }
+            Self::Reyes(args) => {
+                of_scene(&args.scene).reading(args.surfaces.made.inputs()).writing(&args.picture.outputs())
+            }
+            Self::Trade(args) => FileNames::of_scenes(&args.scene).writing(args.outputs()),
+            Self::Verify(args) => of_scene(&args.scene).writing(&args.difference),
+            Self::Info(args) => of_scene(&args.scene),
+        }
+    }
 }
 
 #[derive(Debug, Args)]

@@ -1,6 +1,6 @@
 //! What times depend on: the machine, its system, the threads and the version of this program.
 
-use umbel::Isa;
+use umbel::engine::Isa;
 
 /// The machine as far as it tells.
 pub(crate) struct Machine {

@@ -2,14 +2,20 @@
 
 mod args;
 mod bake;
+mod common;
+mod file_names;
+mod info;
 mod interrupt;
 mod machine;
+mod memory;
 mod options;
 mod picture;
 mod probe;
+mod refusal;
 mod render;
 mod report;
 mod reyes;
+mod run;
 mod shadow;
 mod trade;
 mod visible;
@@ -28,15 +34,16 @@ fn main() -> ExitCode {
     match run(&cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            anstream::eprintln!("error: {error}");
-            ExitCode::from(error.exit_code())
+            anstream::eprintln!("error: {}", refusal::message(&error));
+            ExitCode::from(refusal::exit_code(&error))
         }
     }
 }
 
 /// Runs the verb on a pool of the wanted size.
 fn run(cli: &Cli) -> Result<(), Error> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.common.threads).build();
+    cli.command.files().writing(&cli.common.report).refuse_collisions()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.common.useful_threads()).build();
     let pool = pool.map_err(|error| Error::Usage(format!("--threads {}: {error}", cli.common.threads)))?;
     pool.install(|| match &cli.command {
         Command::Render(args) => render::render(args, &cli.common),
@@ -47,6 +54,6 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Reyes(args) => reyes::reyes(args, &cli.common),
         Command::Trade(args) => trade::trade(args, &cli.common),
         Command::Verify(args) => render::verify_scene(args, &cli.common),
-        Command::Info(args) => render::info_scene(args, &cli.common),
+        Command::Info(args) => info::info_scene(args, &cli.common),
     })
 }

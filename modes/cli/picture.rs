@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use umbel::{
-    Aov, AovData, Array, Camera, Channel, Error, Lens, Look, Samples, Scene, SeenPoint, Shot, SurfaceBuffer,
-    VisibilityBuffer, srgb_encode, write_exr, write_npy, write_ply, write_png_rgb8,
-};
+use umbel::files::{Array, Channel, Samples, srgb_encode, write_exr, write_npy, write_png_rgb8};
+use umbel::render::{Look, SeenPoint, SurfaceBuffer, write_ply};
+use umbel::scene::Shot;
+use umbel::{Aov, AovData, Camera, Error, Lens, Scene, VisibilityBuffer};
 
+use crate::options::parse::extension;
 use crate::options::picture::PictureArgs;
 
 /// Rays to follow, and the array of pixels that they make up.
@@ -195,9 +196,4 @@ fn split(names: &[&str], data: AovData) -> Vec<Channel> {
             names.iter().enumerate().map(|(k, name)| channel(name, Samples::F32(of(k)))).collect()
         }
     }
-}
-
-/// The extension in lower case.
-pub(crate) fn extension(path: &Path) -> String {
-    path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_ascii_lowercase()
 }

@@ -1,48 +1,16 @@
-//! The verbs of the command line: each reads a scene, runs the library, and writes what it was asked for.
+//! `umbel render` and `umbel verify`: what a camera sees, and whether another way sees the same.
 
-use std::io::Write as _;
-
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, json};
-use umbel::{
-    Aov, Bounces, Camera, Error, Frame, Lens, LoadOptions, Look, Scene, Stats, VisibilityBuffer, info, load,
-    preview_with, verify, write_png_rgb8,
-};
+use umbel::files::write_png_rgb8;
+use umbel::render::{Bounces, Look, preview_with, verify};
+use umbel::{Aov, Camera, Error, Frame, Lens, Scene, Stats, VisibilityBuffer};
 
-use crate::args::{Common, InfoArgs, RenderArgs, VerifyArgs};
-use crate::bake::vertices_forecast;
+use crate::args::{RenderArgs, VerifyArgs};
+use crate::common::Common;
+use crate::memory::{PIXEL_BYTES, SCATTERED_BYTES, SHADOW_BYTES, limit_memory};
 use crate::picture::{Files, Picture, Sight};
-use crate::report::{Report, Times, kibibytes, timed};
-
-/// Bytes of a pixel: hits 8, and either points 28 with their positions and normals 24, or else a preview 12 and its sum 12,
-/// bytes of the picture 3 and the widest derived image 12.
-pub(crate) const PIXEL_BYTES: u64 = 60;
-
-/// More bytes of a scattered ray: its direction and its pixel, and its place in their order.
-pub(crate) const SCATTERED_BYTES: u64 = 36;
-
-/// More bytes of a pixel for each light: the receiver 20, at most half of that again while receivers are joined, the answer 1.
-pub(crate) const SHADOW_BYTES: u64 = 31;
-
-/// Reads a scene and says what was noticed.
-pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
-    let options = LoadOptions { drop_non_finite: common.drop_non_finite };
-    let scene = timed(&mut times.load, || load(name, options))?;
-    print_warnings(&scene, common);
-    Ok(scene)
-}
-
-/// Says what the reader of a scene has noticed.
-pub(crate) fn print_warnings(scene: &Scene, common: &Common) {
-    say(&scene.warnings, common);
-}
-
-/// Prints warnings, unless only errors are wanted.
-pub(crate) fn say(warnings: &[String], common: &Common) {
-    if !common.quiet {
-        warnings.iter().for_each(|warning| anstream::eprintln!("warning: {warning}"));
-    }
-}
+use crate::report::{Report, Times, timed};
+use crate::run::{load_scene, print, print_run, progress, say};
 
 /// `umbel render`.
 pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
@@ -142,53 +110,6 @@ fn check_memory_with(
     limit_memory(bytes, scene, remedy, common)
 }
 
-/// Stops when so many bytes, with the engine's own for the triangles, are more than there may be.
-pub(crate) fn limit_memory(bytes: u64, scene: &Scene, remedy: &str, common: &Common) -> Result<(), Error> {
-    let forecast = bytes + scene.triangles.len() as u64 * 6;
-    let (limit, name) = match common.max_memory {
-        Some(limit) => (limit, "--max-memory"),
-        None => (available_bytes().unwrap_or(u64::MAX), "the memory that is left,"),
-    };
-    if forecast > limit {
-        return Err(Error::Limit(format!(
-            "about {forecast} bytes are needed, more than {name} {limit}; use a smaller {remedy}"
-        )));
-    }
-    Ok(())
-}
-
-/// What the system can give without swapping, where it tells (Linux).
-pub(crate) fn available_bytes() -> Option<u64> {
-    kibibytes("/proc/meminfo", "MemAvailable:")
-}
-
-/// A bar over passes: on stderr, on a terminal, and only when there is more than one.
-pub(crate) fn progress(passes: u32, what: &str, common: &Common) -> ProgressBar {
-    if common.quiet || passes <= 1 {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new(u64::from(passes));
-    match ProgressStyle::with_template(&format!("{{bar:40}} {{pos}}/{{len}} {what}, {{eta}} left")) {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
-    }
-}
-
-/// Prints times and counters on stderr.
-pub(crate) fn print_run(times: &Times, stats: &Stats) {
-    let engine: Vec<String> = times.engine.iter().map(|ms| format!("{ms:.2}")).collect();
-    anstream::eprintln!(
-        "load {:.1} ms, engine {} ms, shade {:.1} ms, write {:.1} ms",
-        times.load,
-        engine.join(" "),
-        times.shade,
-        times.write
-    );
-    for (name, count) in stats.counters() {
-        anstream::eprintln!("{name:20} {count}");
-    }
-}
-
 /// `umbel verify`.
 pub(crate) fn verify_scene(args: &VerifyArgs, common: &Common) -> Result<(), Error> {
     let mut times = Times::default();
@@ -231,62 +152,11 @@ pub(crate) fn verify_scene(args: &VerifyArgs, common: &Common) -> Result<(), Err
 }
 
 /// The colour of a mark in a difference picture.
-fn mark_colour(mark: &umbel::Mark) -> [u8; 3] {
+fn mark_colour(mark: &umbel::render::Mark) -> [u8; 3] {
     match mark {
-        umbel::Mark::Miss => [24, 24, 28],
-        umbel::Mark::Hit => [70, 74, 82],
-        umbel::Mark::Tolerated => [240, 200, 40],
-        umbel::Mark::Difference => [235, 30, 30],
-    }
-}
-
-/// `umbel info`.
-pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> {
-    let scene = load_scene(&args.scene, common, &mut Times::default())?;
-    let found = info(&scene);
-    let (lo, hi) = (found.bounds.lo, found.bounds.hi);
-    let counts = [
-        ("triangles", found.triangles),
-        ("vertices", found.vertices),
-        ("unused_vertices", found.unused_vertices),
-        ("objects", found.objects),
-        ("materials", found.materials),
-        ("with_normals", found.with_normals),
-        ("with_uvs", found.with_uvs),
-        ("degenerate", found.degenerate),
-        ("duplicates", found.duplicates),
-        ("non_finite", found.non_finite),
-    ];
-    let picture = 1280 * 720 * PIXEL_BYTES + 6 * found.triangles as u64;
-    let memory = [("render", picture), ("bake_vertices", vertices_forecast(&scene)?)];
-    if args.json {
-        let mut value = json!({ "schema": 1, "name": scene.name, "warnings": scene.warnings });
-        for (name, count) in counts {
-            value[name] = json!(count);
-        }
-        value["memory"] = Map::from_iter(memory.map(|(name, bytes)| (name.to_owned(), json!(bytes)))).into();
-        value["bounds"] = if found.bounds.is_empty() { json!(null) } else { json!({ "lo": lo, "hi": hi }) };
-        return print(&format!("{value:#}\n"));
-    }
-    let mut text = format!("{}\n", scene.name);
-    for (name, count) in counts {
-        text += &format!("  {:16} {count}\n", name.replace('_', " "));
-    }
-    if !found.bounds.is_empty() {
-        text += &format!("  bounds           {lo:?} to {hi:?}\n");
-    }
-    let forecast =
-        memory.map(|(name, bytes)| format!("{} {:.1} MB", name.replace('_', " --"), bytes as f64 / 1e6));
-    text += &format!("  memory           {}, beside the scene\n", forecast.join(", "));
-    print(&text)
-}
-
-/// Writes data to stdout. A reader that has gone away is no failure.
-pub(crate) fn print(text: &str) -> Result<(), Error> {
-    match std::io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::Write { path: "stdout".into(), problem: error.to_string() })
-        }
-        _ => Ok(()),
+        umbel::render::Mark::Miss => [24, 24, 28],
+        umbel::render::Mark::Hit => [70, 74, 82],
+        umbel::render::Mark::Tolerated => [240, 200, 40],
+        umbel::render::Mark::Difference => [235, 30, 30],
     }
 }

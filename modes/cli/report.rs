@@ -4,7 +4,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use serde_json::{Map, Value, json};
-use umbel::{Accuracy, Error, Options, Scene, Stats, write_atomically};
+use umbel::engine::Accuracy;
+use umbel::files::write_atomically;
+use umbel::{Error, Options, Scene, Stats};
 
 /// The version of the report's layout. It is only ever extended.
 const SCHEMA: u32 = 1;
@@ -73,7 +75,7 @@ impl Report<'_> {
             },
             "rays": self.rays,
             "threads": rayon::current_num_threads(),
-            "isa": self.options.isa.resolve().map_or("none", umbel::Isa::name),
+            "isa": self.options.isa.resolve().map_or("none", umbel::engine::Isa::name),
             "accuracy": accuracy,
             "ms": {
                 "load": self.times.load,

@@ -2,13 +2,17 @@
 
 use std::path::Path;
 
-use umbel::{Array, Camera, Error, Scene, Stats, Visible, visible, write_atomically, write_npy};
+use umbel::files::{Array, write_atomically, write_npy};
+use umbel::render::{Visible, visible};
+use umbel::{Camera, Error, Scene, Stats};
 
-use crate::args::{Common, VisibleArgs};
+use crate::args::VisibleArgs;
+use crate::common::Common;
+use crate::memory::{SCATTERED_BYTES, limit_memory};
+use crate::options::parse::extension;
 use crate::options::views::Views;
-use crate::picture::extension;
-use crate::render::{SCATTERED_BYTES, limit_memory, load_scene, print, print_run, progress};
 use crate::report::{Report, Times, timed};
+use crate::run::{load_scene, print, print_run, progress};
 
 /// `umbel visible`.
 pub(crate) fn visible_triangles(args: &VisibleArgs, common: &Common) -> Result<(), Error> {

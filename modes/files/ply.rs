@@ -1,6 +1,6 @@
 //! Meshes with a value at each vertex, as PLY files.
 //!
-//! The vertices of the scene with `float x y z`, the value under its name, and as `uchar red green blue` for viewers; the
+//! The vertices with `float x y z`, the value under its name, and as `uchar red green blue` for viewers; the
 //! faces as `list uchar uint vertex_indices`; binary, little-endian. Gray is linear, 255 times the value; a vertex without a value
 //! has NaN, and is white.
 //!
@@ -11,14 +11,19 @@ use std::path::Path;
 use crate::error::Error;
 use crate::files::output::{refused, write_atomically};
 use crate::files::png::gray8;
-use crate::scene::Scene;
 
-/// Writes a scene with a value for each vertex. `name` is that of the property.
+/// Writes triangles, as indices of positions, with a value for each position. `name` is that of the property.
 ///
 /// # Errors
 /// [`Error::Write`] if the file cannot be written, or if there are more or fewer values than vertices.
-pub fn write_ply_mesh(path: &Path, scene: &Scene, name: &str, values: &[f32]) -> Result<(), Error> {
-    let (vertices, faces) = (scene.positions.len(), scene.triangles.len());
+pub fn write_ply_mesh(
+    path: &Path,
+    positions: &[[f32; 3]],
+    triangles: &[[u32; 3]],
+    name: &str,
+    values: &[f32],
+) -> Result<(), Error> {
+    let (vertices, faces) = (positions.len(), triangles.len());
     if values.len() != vertices {
         return Err(refused(path, format!("{} values for {vertices} vertices", values.len())));
     }
@@ -29,11 +34,11 @@ pub fn write_ply_mesh(path: &Path, scene: &Scene, name: &str, values: &[f32]) ->
     );
     write_atomically(path, |out| {
         out.write_all(header.as_bytes())?;
-        for (&[x, y, z], &value) in scene.positions.iter().zip(values) {
+        for (&[x, y, z], &value) in positions.iter().zip(values) {
             out.write_all([x, y, z, value].map(f32::to_le_bytes).as_flattened())?;
             out.write_all(&[gray8(value); 3])?;
         }
-        scene.triangles.iter().try_for_each(|corners| {
+        triangles.iter().try_for_each(|corners| {
             out.write_all(&[3])?;
             out.write_all(corners.map(u32::to_le_bytes).as_flattened())
         })

@@ -34,7 +34,7 @@ pub fn load(name: &str, options: LoadOptions) -> Result<Scene, Error> {
             let drop_non_finite = options.drop_non_finite;
             crate::formats::gltf::read_gltf(
                 path,
-                &crate::formats::gltf::GltfOptions { drop_non_finite, ..Default::default() },
+                &crate::formats::gltf::options::GltfOptions { drop_non_finite, ..Default::default() },
             )
         }
         #[cfg(feature = "obj")]

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use umbel_core::Aabb;
 
-use crate::bake::sample_sets::{mix, uniform};
 use crate::builtin::{BuiltinView, builtin_view};
-use crate::error::Error;
+use crate::error::{Argument, Error};
 use crate::formats::bpt::read_bpt;
 use crate::formats::load::{LoadOptions, load};
+use crate::random::{mix, uniform};
 use crate::scene::Scene;
 use crate::surfaces::Surfaces;
 use crate::surfaces::builtin::field::Field;
@@ -72,9 +72,7 @@ pub fn load_surfaces(name: &str, options: SurfaceOptions) -> Result<SurfaceScene
         return SurfaceScene::of_mesh(load(name, options.load)?, options);
     }
     if options.subdivide || !options.displacement.is_none() {
-        return Err(Error::Usage(format!(
-            "{name}: --subdivide and --displace are for meshes; leave them out"
-        )));
+        return Err(Argument::NoMesh { name: name.to_owned() }.into());
     }
     let surfaces = match rule {
         Some("terrain") => Surfaces::Terrain(Terrain),
@@ -117,10 +115,7 @@ impl SurfaceScene {
     pub fn of_mesh(scene: Scene, options: SurfaceOptions) -> Result<Self, Error> {
         scene.geometry()?;
         if options.displacement.needs_uvs() && scene.uv_indices.is_empty() {
-            return Err(Error::Usage(format!(
-                "{} has no texture coordinates by which a height map could be found; use --displace noise:FREQUENCY,SEED, or a mesh with texture coordinates",
-                scene.name
-            )));
+            return Err(Argument::NoTextureCoordinates { name: scene.name }.into());
         }
         let first_triangles;
         let surfaces = if options.subdivide {

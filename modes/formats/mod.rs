@@ -1,10 +1,23 @@
 //! Readers of scenes: OBJ, glTF, Bezier patches and patterns of rays.
 
-pub(crate) mod bpt;
+pub mod bpt;
 #[cfg(feature = "gltf")]
-pub(crate) mod gltf;
-pub(crate) mod load;
-pub(crate) mod load_surfaces;
+pub mod gltf;
+pub mod load;
+pub mod load_surfaces;
 #[cfg(feature = "obj")]
-pub(crate) mod obj;
-pub(crate) mod pattern;
+pub mod obj;
+pub mod pattern;
+
+pub use bpt::read_bpt;
+#[cfg(feature = "gltf")]
+pub use gltf::options::{GltfOptions, GltfOrigin};
+#[cfg(feature = "gltf")]
+pub use gltf::write::vertex::VertexTarget;
+#[cfg(feature = "gltf")]
+pub use gltf::{GltfFile, read_gltf};
+pub use load::{LoadOptions, load};
+pub use load_surfaces::{SurfaceOptions, SurfaceScene, load_surfaces, names_surfaces, surface_view};
+#[cfg(feature = "obj")]
+pub use obj::{ObjOptions, read_obj};
+pub use pattern::{Pattern, read_pattern};

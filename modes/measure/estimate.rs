@@ -11,7 +11,7 @@
 //! the limits are the estimate. Where the sample is everything, σ = 0 and the estimate is the truth.
 //!
 //! *A rate.* k of n items are wrong: Wilson's interval, which is sound for k = 0 as well, with n·(P − 1)/(P − n) in the
-//! place of n. An item that is wrong by 1 adds 1/P to the mean square.
+//! place of n. The estimate is the share of wrong items, not its root: of a mask, five in a hundred pixels are 0.05.
 //!
 //! *A power law* e = c·K⁻ᵖ through errors of K rays, by least squares of logarithms, says where to look for the K of an error.
 //!
@@ -19,7 +19,7 @@
 //! "Probable Inference, the Law of Succession, and Statistical Inference", 1927; William Cochran, "Sampling Techniques", 1977
 //! (finite populations).
 
-use crate::bake::sample_sets::mix;
+use crate::random::mix;
 
 /// Standard deviations to either side that hold 95 % of a normal distribution.
 const Z: f64 = 1.96;
@@ -27,8 +27,8 @@ const Z: f64 = 1.96;
 /// An estimated error with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorEstimate {
-    /// The estimate.
-    pub rmse: f64,
+    /// The estimate: a root mean square in the units of the values, or a share of wrong items from 0 to 1.
+    pub error: f64,
     /// The lower limit.
     pub lower: f64,
     /// The upper limit.
@@ -52,10 +52,10 @@ impl ErrorEstimate {
         let shift = skewness * (1.0 + 2.0 * Z * Z) / (6.0 * n.sqrt());
         let limit = |side: f64| (mean + spread * (shift + side * Z)).max(0.0).sqrt();
         let rmse = mean.sqrt();
-        Self { rmse, lower: limit(-1.0).min(rmse), upper: limit(1.0).max(rmse), sample, population }
+        Self { error: rmse, lower: limit(-1.0).min(rmse), upper: limit(1.0).max(rmse), sample, population }
     }
 
-    /// From `wrong` of `sample` answers that are wrong by 1, out of `population`.
+    /// The share of wrong answers: `wrong` of `sample` that were looked at, out of `population`.
     #[must_use]
     pub fn of_rate(wrong: usize, sample: usize, population: usize) -> Self {
         let rate = wrong as f64 / sample.max(1) as f64;
@@ -69,14 +69,14 @@ impl ErrorEstimate {
             let half = Z / (1.0 + Z * Z / n) * (rate * (1.0 - rate) / n + Z * Z / (4.0 * n * n)).sqrt();
             (lower, upper) = ((middle - half).clamp(0.0, rate), (middle + half).min(1.0));
         }
-        Self { rmse: rate.sqrt(), lower: lower.sqrt(), upper: upper.sqrt(), sample, population }
+        Self { error: rate, lower, upper, sample, population }
     }
 
-    /// The same among more items, of which the others have no error.
+    /// The same share among more items, of which the others are right.
     #[must_use]
     pub fn among(self, items: usize) -> Self {
-        let part = (self.population as f64 / items.max(1) as f64).sqrt();
-        Self { rmse: self.rmse * part, lower: self.lower * part, upper: self.upper * part, ..self }
+        let part = self.population as f64 / items.max(1) as f64;
+        Self { error: self.error * part, lower: self.lower * part, upper: self.upper * part, ..self }
     }
 }
 

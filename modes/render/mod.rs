@@ -6,31 +6,35 @@
 //! Based on: Christopher Burns and Warren Hunt, "The Visibility Buffer: A Cache-Friendly Approach to Deferred Shading",
 //! 2013.
 
-pub(crate) mod bounce;
+pub mod bounce;
 pub(crate) mod lamps;
-pub(crate) mod point_cloud;
+pub mod point_cloud;
 pub(crate) mod raster;
 pub(crate) mod shade;
 pub(crate) mod shading_normal;
-pub(crate) mod surfaces;
-pub(crate) mod verify;
-pub(crate) mod visible;
+pub mod surfaces;
+pub mod verify;
+pub mod visible;
 pub(crate) mod work;
 
-use glam::DVec3;
+pub use bounce::Followed;
+pub use bounce::spawn::{Bounces, Spawned};
+pub use point_cloud::{SeenPoint, write_ply};
+pub use surfaces::{SurfaceBuffer, SurfaceLook, surface_preview, surface_visibility};
+pub use verify::{Mark, Verification, verify, verify_buffer};
+pub use visible::{Visible, visible};
+
 use rayon::prelude::*;
-use umbel_core::{
-    Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Path, Ray, Stats, TileStats, Triangles, closest_hit,
-};
+use umbel_core::{Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Path, Ray, Stats, TileStats, closest_hit};
 
 use crate::error::Error;
-use crate::render::bounce::spawn::Bounces;
-use crate::render::bounce::{Followed, Surroundings, WAVE};
+use crate::render::bounce::{Surroundings, WAVE};
 use crate::render::lamps::Lamps;
 use crate::render::shade::{Shader, background_of};
 use crate::render::work::work_of;
 use crate::scene::Scene;
 use crate::scene::camera::{Camera, Shot};
+use crate::scene::hit_points::{distance, position};
 
 /// (id, t) of each ray of a camera, with the rays.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,6 +103,47 @@ pub fn visibility(
     }
     let stats = frame.closest_hit(&triangles, &shot.pencil, options)?;
     Ok((VisibilityBuffer::new(shot, camera.pixels(), frame), stats))
+}
+
+/// The depth of each pixel, row by row from the top: t along the camera's d, the z depth of a pinhole camera in world units;
+/// +∞ where nothing is seen.
+///
+/// [`visibility`] and [`VisibilityBuffer::derive`] give more at once, and take [`Options`].
+///
+/// ```
+/// use umbel::{Camera, Lens, builtin, glam::DVec3, render};
+///
+/// let scene = builtin("cornell")?;
+/// let camera = Camera::framing(&scene.bounds(), DVec3::NEG_Z, Lens::Pinhole { fov: 40.0 }, 64, 48);
+/// let depth = render::depth(&scene, &camera)?;
+/// assert_eq!(depth.len(), 64 * 48);
+/// assert!(depth[24 * 64 + 32] > 0.0);
+/// # Ok::<(), umbel::Error>(())
+/// ```
+///
+/// # Errors
+/// When the camera or the scene is refused.
+pub fn depth(scene: &Scene, camera: &Camera) -> Result<Vec<f32>, Error> {
+    Ok(visibility(scene, camera, &Options::default())?.0.ts())
+}
+
+/// The id of the triangle that each pixel sees, row by row from the top: an index into [`Scene::triangles`];
+/// [`NO_TRIANGLE`] where nothing is seen.
+///
+/// ```
+/// use umbel::{Camera, Lens, NO_TRIANGLE, builtin, glam::DVec3, render};
+///
+/// let scene = builtin("cornell")?;
+/// let camera = Camera::framing(&scene.bounds(), DVec3::NEG_Z, Lens::Pinhole { fov: 40.0 }, 64, 48);
+/// let ids = render::ids(&scene, &camera)?;
+/// assert!(ids.iter().any(|&id| id != NO_TRIANGLE));
+/// # Ok::<(), umbel::Error>(())
+/// ```
+///
+/// # Errors
+/// When the camera or the scene is refused.
+pub fn ids(scene: &Scene, camera: &Camera) -> Result<Vec<u32>, Error> {
+    Ok(visibility(scene, camera, &Options::default())?.0.ids())
 }
 
 /// The linear preview, (r, g, b) per pixel: the mean of `samples` passes over sub-pixel positions.
@@ -300,30 +345,4 @@ pub(crate) fn spread<T: Copy>(shot: &Shot, count: usize, of_rays: &[T], miss: &[
         of_pixels[first..first + miss.len()].copy_from_slice(values);
     }
     of_pixels
-}
-
-/// The Euclidean distance from the start of a ray to what it sees, at most [`f32::MAX`]: +∞ is a miss.
-pub(crate) fn distance(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> f32 {
-    // At the ends of its range t is no longer a rounded distance.
-    let length = if hit.t.is_normal() && hit.t < f32::MAX {
-        f64::from(hit.t) * ray.direction.length()
-    } else {
-        (point(triangles, ray, hit) - ray.origin).length()
-    };
-    if length < f64::from(f32::MAX) { length as f32 } else { f32::MAX }
-}
-
-/// The point that a ray sees, rounded.
-fn position(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> [f32; 3] {
-    point(triangles, ray, hit).to_array().map(|x| x as f32)
-}
-
-/// The point that a ray sees: the corners weighted, so that it lies on the triangle.
-fn point(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> DVec3 {
-    let weights = triangles.barycentrics(hit.id, ray);
-    let corners = triangles.corners(hit.id);
-    DVec3::from_array([0, 1, 2].map(|k| {
-        let weighted = |corner: usize| weights[corner] * f64::from(corners[corner][k]);
-        weighted(0) + weighted(1) + weighted(2)
-    }))
 }

@@ -101,38 +101,69 @@ impl<'a> View<'a> {
         (a - start).dot(normal) / direction.dot(normal)
     }
 
-    /// Whether a pixel's centre lies so near to an edge of a triangle that tiny-skia may see it on the other side.
-    pub(crate) fn is_near_edge(&self, id: u32, pixel: (u32, u32)) -> bool {
+    /// Where a pixel's centre lies with regard to a triangle, and how far away its plane is there. No triangle covers all
+    /// pixels, infinitely far away.
+    pub(crate) fn sight(&self, id: u32, pixel: (u32, u32)) -> Sight {
         if id == NO_TRIANGLE {
-            return false;
+            return Sight { coverage: Coverage::Inside, depth: f64::INFINITY };
         }
+        Sight { coverage: self.coverage(id, pixel), depth: self.depth(id, pixel) }
+    }
+
+    /// Where a pixel's centre lies with regard to a projected triangle.
+    fn coverage(&self, id: u32, pixel: (u32, u32)) -> Coverage {
         let p = DVec2::new(f64::from(pixel.0) + 0.5, f64::from(pixel.1) + 0.5);
         let polygon = self.polygon(TriangleId(id));
         let (w, h) = (f64::from(self.film.width()), f64::from(self.film.height()));
         // Coordinates of up to w + margin in f32, rounded a few times on their way to 1/64.
         let vertex = 1.0 / 64.0 + 4.0 * (w.max(h) + MARGIN) * f64::from(f32::EPSILON);
         let first_row_and_slope = 1.0 / 64.0 + h / 65536.0;
-        let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
-        edges.into_iter().any(|(&a, &b)| {
+        // Whether the centre is strictly to the left, and to the right, of some edge.
+        let (mut left, mut right) = (polygon.len() < 3, polygon.len() < 3);
+        for (&a, &b) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
             let along = b - a;
             let length = along.length();
             if length == 0.0 {
-                return (p - a).abs().max_element() <= vertex;
+                if (p - a).abs().max_element() <= vertex {
+                    return Coverage::NearEdge;
+                }
+                continue;
             }
             let n = DVec2::new(-along.y, along.x) / length;
             let reach = (n.x.abs() + n.y.abs()) * vertex + n.x.abs() * first_row_and_slope;
-            let place = (p - a).dot(along) / length;
-            (p - a).dot(n).abs() <= reach && place >= -2.0 * vertex && place <= length + 2.0 * vertex
-        })
-    }
-
-    /// Whether two triangles are as far away at a pixel, as far as f32 can tell.
-    pub(crate) fn is_same_depth(&self, one: u32, other: u32, pixel: (u32, u32)) -> bool {
-        if one == NO_TRIANGLE || other == NO_TRIANGLE {
-            return false;
+            let (place, side) = ((p - a).dot(along) / length, (p - a).dot(n));
+            if side.abs() <= reach && place >= -2.0 * vertex && place <= length + 2.0 * vertex {
+                return Coverage::NearEdge;
+            }
+            left |= side > 0.0;
+            right |= side < 0.0;
         }
-        let (one, other) = (self.depth(one, pixel) as f32, self.depth(other, pixel) as f32);
-        (one - other).abs() <= one.abs() * f32::EPSILON
+        if left && right { Coverage::Outside } else { Coverage::Inside }
+    }
+}
+
+/// Where the centre of a pixel lies with regard to a projected triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Coverage {
+    Inside,
+    /// So near to an edge that tiny-skia may see it on the other side.
+    NearEdge,
+    Outside,
+}
+
+/// A triangle as it is seen at a pixel.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sight {
+    pub(crate) coverage: Coverage,
+    /// t of its plane.
+    pub(crate) depth: f64,
+}
+
+impl Sight {
+    /// Whether two surfaces are as far away, as far as f32 can tell. Where there is none, nothing is.
+    pub(crate) fn is_as_far_as(&self, other: &Self) -> bool {
+        let (one, other) = (self.depth as f32, other.depth as f32);
+        one.is_finite() && (one - other).abs() <= one.abs() * f32::EPSILON
     }
 }
 

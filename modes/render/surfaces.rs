@@ -18,8 +18,8 @@ use crate::render::work::work_of;
 use crate::render::{Aov, AovData, spread};
 use crate::scene::CLAY;
 use crate::scene::camera::{Camera, Shot};
+use crate::scene::hit_points::surface_distance;
 use crate::shadow::Receivers;
-use crate::shadow::map::surface_distance;
 use crate::shadow::receivers_of;
 use crate::surfaces::extent::{rounded, widened};
 

@@ -1,13 +1,14 @@
 //! Checks on the user's own scene: pencils against the general path, and both against tiny-skia.
 //!
-//! Pencil and general path must agree in every id and every t. tiny-skia must agree in every id, but for pixels so near to a
-//! projected edge that its fixed-point coordinates may fall on the other side, and for surfaces at the same depth.
+//! Pencil and general path must agree in every id and every t. tiny-skia must agree in every id, with two exceptions: where the
+//! nearer of the two triangles has an edge so near to the pixel that fixed-point coordinates may fall on its other side, and
+//! where both cover the pixel at the same depth.
 
 use rayon::prelude::*;
 use umbel_core::{Film, Options, Path, closest_hit};
 
 use crate::error::Error;
-use crate::render::raster::View;
+use crate::render::raster::{Coverage, View};
 use crate::render::{VisibilityBuffer, visibility};
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
@@ -130,14 +131,23 @@ enum Excuse {
 }
 
 /// `None` where both see the same.
+///
+/// An excuse holds only where both answers could be right if tiny-skia were displaced by its own rounding: each of the two
+/// triangles covers the pixel or nearly does, and the nearer one, which one of the two has not seen, only nearly does.
 fn excuse(view: &View<'_>, ours: u32, theirs: u32, pixel: (u32, u32)) -> Option<Excuse> {
     if ours == theirs {
-        None
-    } else if view.is_near_edge(ours, pixel) || view.is_near_edge(theirs, pixel) {
-        Some(Excuse::NearEdge)
-    } else if view.is_same_depth(ours, theirs, pixel) {
-        Some(Excuse::SameDepth)
-    } else {
-        Some(Excuse::None)
+        return None;
     }
+    let (ours, theirs) = (view.sight(ours, pixel), view.sight(theirs, pixel));
+    if ours.coverage == Coverage::Outside || theirs.coverage == Coverage::Outside {
+        return Some(Excuse::None);
+    }
+    let nearer = if ours.depth < theirs.depth { ours } else { theirs };
+    Some(if nearer.coverage == Coverage::NearEdge {
+        Excuse::NearEdge
+    } else if ours.is_as_far_as(&theirs) {
+        Excuse::SameDepth
+    } else {
+        Excuse::None
+    })
 }

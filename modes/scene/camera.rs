@@ -19,8 +19,8 @@ use libm::{cos, sin, tan};
 use std::f64::consts::PI;
 use umbel_core::{Aabb, Film, GridFilm, Origin, Pencil};
 
-use crate::error::Error;
-use crate::scene::hammersley::{hammersley, jittered};
+use crate::error::{Argument, Error};
+use crate::random::{hammersley, jittered};
 
 /// Subpixels per pixel side for supersampling: offsets are whole numbers of 1/(2·SUBPIXELS) pixel.
 const SUBPIXELS: u32 = 128;
@@ -102,13 +102,27 @@ pub const CUBE_FACES: [[DVec3; 3]; 6] = [
 ];
 
 impl Camera {
-    /// A camera that frames a box from `direction`, up +Y.
+    /// The direction that is up where nobody says: +Y; and for a view along Y, the one that has +X on the right: −Z looking
+    /// down, as on a map, and +Z looking up.
+    #[must_use]
+    pub fn default_up(view: DVec3) -> DVec3 {
+        if !is_parallel(unit(view), DVec3::Y) {
+            DVec3::Y
+        } else if view.y > 0.0 {
+            DVec3::Z
+        } else {
+            DVec3::NEG_Z
+        }
+    }
+
+    /// A camera that frames a box from `direction`, up as [`Camera::default_up`] has it.
     #[must_use]
     pub fn framing(bounds: &Aabb, direction: DVec3, lens: Lens, width: u32, height: u32) -> Self {
         let bounds = if bounds.is_empty() { Aabb { lo: [-1.0; 3], hi: [1.0; 3] } } else { *bounds };
         let (centre, half) = (DVec3::from_array(bounds.centre()), DVec3::from_array(bounds.extent()) * 0.5);
         let forward = -unit(direction);
-        let right = unit(forward.cross(DVec3::Y));
+        let default_up = Self::default_up(forward);
+        let right = unit(forward.cross(default_up));
         let up = right.cross(forward);
         let aspect = f64::from(width) / f64::from(height);
         let corners = (0..8).map(|k| {
@@ -135,7 +149,7 @@ impl Camera {
         };
         let distance = if matches!(lens, Lens::Ortho { .. }) { 2.0 * radius } else { distance };
         let distance = if distance > 0.0 { distance * FRAME_MARGIN } else { 1.0 };
-        Self { eye: centre - forward * distance, target: centre, up: DVec3::Y, lens, width, height }
+        Self { eye: centre - forward * distance, target: centre, up: default_up, lens, width, height }
     }
 
     /// Rows of the picture: those of all six faces for a cube.
@@ -195,9 +209,7 @@ impl Camera {
             }
             Lens::Ortho { height: world } => {
                 if !(world > 0.0 && world.is_finite()) {
-                    return Err(Error::Usage(format!(
-                        "--height must be a positive number of world units, not {world}"
-                    )));
+                    return Err(Argument::FilmHeight { height: world }.into());
                 }
                 let scale = world / (2.0 * f64::from(height));
                 (Origin::Infinity(f), vec![film(width, height, [eye, r * scale, u * scale])?])
@@ -261,29 +273,31 @@ impl Camera {
     /// forward, right and up, of unit length.
     fn frame(&self) -> Result<[DVec3; 3], Error> {
         if self.width == 0 || self.rows() == 0 {
-            return Err(Error::Usage("--size must be at least 1x1".into()));
+            return Err(Argument::ImageSize.into());
         }
         if self.lens == Lens::Cube {
             return Ok([DVec3::NEG_Z, DVec3::X, DVec3::Y]);
         }
         let view = self.target - self.eye;
         if !(view.is_finite() && self.up.is_finite()) {
-            return Err(Error::Usage("--eye, --target and --up must be finite numbers".into()));
+            return Err(Argument::ViewNotFinite.into());
         }
         if view == DVec3::ZERO {
-            return Err(Error::Usage("--eye and --target are the same point; move one of them".into()));
+            return Err(Argument::EyeIsTarget.into());
         }
         let (forward, up) = (unit(view), if self.up == DVec3::ZERO { self.up } else { unit(self.up) });
-        let across = forward.cross(up);
-        // Unit vectors have components within 2 ulp, so parallel ones have a cross product below 16 ulp.
-        if across.length() <= 16.0 * f64::EPSILON {
-            return Err(Error::Usage(
-                "--up is parallel to the view; choose another, such as --up 0,0,1".into(),
-            ));
+        if is_parallel(forward, up) {
+            return Err(Argument::UpParallel.into());
         }
-        let right = unit(across);
+        let right = unit(forward.cross(up));
         Ok([forward, right, right.cross(forward)])
     }
+}
+
+/// Whether two unit vectors point along one line, or one of them is zero. Their components are within 2 ulp, so that the cross
+/// product of parallel ones is below 16 ulp.
+fn is_parallel(one: DVec3, other: DVec3) -> bool {
+    one.cross(other).length() <= 16.0 * f64::EPSILON
 }
 
 /// Refuses angles outside (0, limit), or (0, limit] where that is allowed.
@@ -291,7 +305,7 @@ fn check_angle(degrees: f64, limit: f64, inclusive: bool) -> Result<(), Error> {
     if degrees > 0.0 && (degrees < limit || (inclusive && degrees == limit)) {
         return Ok(());
     }
-    Err(Error::Usage(format!("--fov must lie between 0 and {limit} degrees, not {degrees}")))
+    Err(Argument::FieldOfView { degrees, limit }.into())
 }
 
 /// Refuses elevations outside [−90, 90], and limits in the wrong order; a single ring needs no room between them.
@@ -299,9 +313,7 @@ fn check_elevations([lower, upper]: [f64; 2], rings: u32) -> Result<(), Error> {
     if -90.0 <= lower && upper <= 90.0 && (lower < upper || (rings == 1 && lower == upper)) {
         return Ok(());
     }
-    Err(Error::Usage(format!(
-        "fov={lower}..{upper}: a LiDAR's rings lie between two elevations in degrees, the lower first, each from -90 to 90"
-    )))
+    Err(Argument::Elevations { lower, upper }.into())
 }
 
 /// v over its length; v must not be zero.

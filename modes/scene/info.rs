@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use crate::scene::Scene;
-use crate::{Aabb, TriangleId};
+use umbel_core::{Aabb, TriangleId};
 
 /// Counts and bounds of a scene.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,18 +6,20 @@
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
 //! Structure", 2011 (a given partition, such as the scene graph).
 
-pub(crate) mod camera;
-pub(crate) mod hammersley;
-pub(crate) mod info;
-pub(crate) mod optics;
+pub mod camera;
+pub(crate) mod hit_points;
+pub mod info;
+pub mod optics;
+
+pub use camera::{CUBE_FACES, Camera, Lens, Shot};
+pub use info::{Info, info};
+pub use optics::Optics;
 
 use std::ops::Range;
 
 use umbel_core::{Aabb, TriangleId, Triangles};
 
 use crate::error::Error;
-use crate::scene::optics::Optics;
-use crate::surfaces::subdivision::Creases;
 
 /// The index that stands for "this corner has no normal" or "no texture coordinate".
 pub const NO_INDEX: u32 = u32::MAX;
@@ -45,6 +47,15 @@ pub struct Object {
     pub triangles: Range<u32>,
     /// Index into [`Scene::materials`].
     pub material: Option<u32>,
+}
+
+/// Edges and vertices of a cage that shall be sharp, by indices of positions in the scene.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Creases {
+    /// Edges: the positions at both ends, and the sharpness. 0 is smooth, 10 and more are creases for ever.
+    pub edges: Vec<([u32; 2], f32)>,
+    /// Vertices: the position and the sharpness.
+    pub corners: Vec<(u32, f32)>,
 }
 
 /// Triangles with what a preview needs to know of them.

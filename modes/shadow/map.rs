@@ -12,13 +12,12 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use umbel_core::{
-    Aabb, Film, Frame, GridFilm, Hits, Options, Origin, Pencil, Ray, Stats, SurfaceHits, Triangles,
-};
+use umbel_core::{Aabb, Film, Frame, GridFilm, Hits, Options, Origin, Pencil, Stats, SurfaceHits, Triangles};
 
-use crate::error::Error;
-use crate::render::distance;
+use crate::error::{Argument, Error};
+use crate::scene::Scene;
 use crate::scene::camera::{CUBE_FACES, Camera, Lens, unit};
+use crate::scene::hit_points::{distance, surface_distance};
 use crate::shadow::lookup::CubeMap;
 
 /// How much larger than the scene a sun's film is, so that rounding leaves no vertex outside.
@@ -33,7 +32,7 @@ const STAND_OFF: f64 = 0.05;
 /// When the light is out of the range of [`umbel_core::Ray::origin`], or `size` is 0 or too large.
 pub fn cube_pencil(light: DVec3, size: u32) -> Result<Pencil, Error> {
     if size == 0 {
-        return Err(Error::Usage("--cube-size must be at least 1".into()));
+        return Err(Argument::CubeSize.into());
     }
     let (target, up) = (light, DVec3::Y);
     let camera = Camera { eye: light, target, up, lens: Lens::Cube, width: size, height: size };
@@ -56,6 +55,28 @@ pub fn cube_map(
     Ok((CubeMap::new(light, size, distances(triangles, &pencil, frame.hits()))?, stats))
 }
 
+impl CubeMap {
+    /// The distances that a point light sees in a scene, on six faces of `size` x `size` texels. [`cube_map`] takes [`Options`],
+    /// and a [`Frame`] for many lights.
+    ///
+    /// ```
+    /// use umbel::{builtin, glam::DVec3, shadow::CubeMap};
+    ///
+    /// let scene = builtin("cornell")?;
+    /// let map = CubeMap::of_scene(&scene, DVec3::new(278.0, 400.0, 279.0), 64)?;
+    /// // A point on the floor, right below the light.
+    /// assert!(map.is_lit(DVec3::new(278.0, 0.0, 279.0), DVec3::Y));
+    /// # Ok::<(), umbel::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// When the scene is refused, and as [`cube_pencil`].
+    pub fn of_scene(scene: &Scene, light: DVec3, size: u32) -> Result<Self, Error> {
+        let triangles = scene.geometry()?;
+        Ok(cube_map(&triangles, light, size, &mut Frame::new(), &Options::default())?.0)
+    }
+}
+
 /// The Euclidean distances of a pencil's hits, t·|d|. A miss is +∞, and nothing else is.
 #[must_use]
 pub fn distances(triangles: &Triangles<'_>, pencil: &Pencil, hits: &Hits) -> Vec<f32> {
@@ -74,11 +95,6 @@ pub fn surface_distances(pencil: &Pencil, hits: &SurfaceHits) -> Vec<f32> {
     (0..hits.len()).into_par_iter().map(of_ray).collect()
 }
 
-/// The Euclidean distance at t of a ray, finite.
-pub(crate) fn surface_distance(ray: &Ray, t: f32) -> f32 {
-    (ray.direction.length() * f64::from(t)).min(f64::from(f32::MAX)) as f32
-}
-
 /// The matrix of each face, row by row, in the order +X −X +Y −Y +Z −Z: it takes (x, y, 1) to a direction in the world.
 #[must_use]
 pub fn face_matrices() -> [[[f64; 3]; 3]; 6] {
@@ -93,9 +109,7 @@ pub fn face_matrices() -> [[[f64; 3]; 3]; 6] {
 /// When `toward` has no direction, or `size` is 0 or too large.
 pub fn sun_pencil(bounds: &Aabb, toward: DVec3, size: u32) -> Result<Pencil, Error> {
     if !toward.is_finite() || toward == DVec3::ZERO {
-        return Err(Error::Usage(
-            "--sun needs a direction: the one toward the sun, such as --sun 1,2,1".into(),
-        ));
+        return Err(Argument::SunDirection.into());
     }
     let bounds = if bounds.is_empty() { Aabb { lo: [-1.0; 3], hi: [1.0; 3] } } else { *bounds };
     let (centre, half) = (DVec3::from_array(bounds.centre()), DVec3::from_array(bounds.extent()) * 0.5);

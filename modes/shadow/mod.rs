@@ -11,11 +11,17 @@
 //! Based on: Arthur Appel, "Some Techniques for Shading Machine Renderings of Solids", 1968 (rays toward the light);
 //! Carsten Wächter and Nikolaus Binder, "A Fast and Robust Method for Avoiding Self-Intersection", 2019.
 
-pub(crate) mod casters;
-pub(crate) mod compare;
-pub(crate) mod lookup;
-pub(crate) mod map;
-pub(crate) mod samples;
+pub mod casters;
+pub mod compare;
+pub mod lookup;
+pub mod map;
+pub mod samples;
+
+pub use casters::Casters;
+pub use compare::{MapErrors, compare_maps};
+pub use lookup::CubeMap;
+pub use map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil, surface_distances};
+pub use samples::cube_answers;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -183,7 +189,9 @@ fn pixel(shot: &Shot, ray: u32) -> usize {
 /// the mean over those sub-pixel positions that see a surface.
 ///
 /// ```
-/// use umbel::{Camera, Lens, Options, builtin, glam::DVec3, point_light, shadow_masks};
+/// use umbel::{builtin, Camera, Lens, Options};
+/// use umbel::glam::DVec3;
+/// use umbel::shadow::{point_light, shadow_masks};
 ///
 /// let scene = builtin("cornell")?;
 /// let camera = Camera {

@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use umbel_core::{Film, Frame, Options, Origin, Pencil, Receiver, Triangles};
 
-use crate::error::Error;
+use crate::error::{Argument, Error};
 use crate::scene::camera::on_origin_grid;
 use crate::shadow::lookup::{is_lit_at, texel_middle};
 use crate::shadow::map::distances;
@@ -26,7 +26,7 @@ pub fn cube_answers(
     options: &Options,
 ) -> Result<Vec<bool>, Error> {
     if size == 0 {
-        return Err(Error::Usage("--cube-size must be at least 1".into()));
+        return Err(Argument::CubeSize.into());
     }
     let light = on_origin_grid(light);
     let way = |receiver: &Receiver| DVec3::from_array(receiver.point.map(f64::from)) - light;

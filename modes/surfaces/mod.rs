@@ -1,25 +1,28 @@
 //! Any of the surfaces on demand that this package has, as one type.
 
-pub(crate) mod bezier;
-pub(crate) mod builtin;
-pub(crate) mod displaced;
-pub(crate) mod displacement;
+pub mod bezier;
+pub mod builtin;
+pub mod displaced;
+pub mod displacement;
 pub(crate) mod extent;
-pub(crate) mod height_map;
+pub mod height_map;
 pub(crate) mod lanes;
-pub(crate) mod noise;
-pub(crate) mod patch_tree;
+pub mod noise;
+pub mod patch_tree;
 pub(crate) mod polygons;
-pub(crate) mod subdivision;
+pub mod subdivision;
+
+pub use bezier::BezierPatches;
+pub use builtin::field::{Field, FieldObject};
+pub use builtin::terrain::Terrain;
+pub use displaced::{DisplacedMesh, FaceObject};
+pub use displacement::{Displacement, Relief};
+pub use height_map::HeightMap;
+pub use noise::Noise;
+pub use patch_tree::Node;
+pub use subdivision::SubdivisionSurface;
 
 use umbel_core::{Aabb, Detail, Domain, OnDemand};
-
-use crate::surfaces::bezier::BezierPatches;
-use crate::surfaces::builtin::field::{Field, FieldObject};
-use crate::surfaces::builtin::terrain::Terrain;
-use crate::surfaces::displaced::{DisplacedMesh, FaceObject};
-use crate::surfaces::patch_tree::Node;
-use crate::surfaces::subdivision::SubdivisionSurface;
 
 /// A surface that is made where rays are.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,8 +5,6 @@
 
 use glam::DVec3;
 
-use crate::geometry::triangles::widen;
-
 /// The unit roundoff of f64: one correctly rounded operation errs by at most this factor.
 pub(crate) const U: f64 = f64::EPSILON / 2.0;
 
@@ -95,4 +93,9 @@ impl Aabb {
         let (lo, hi) = self.corners();
         (lo - base).abs().max((hi - base).abs()) * (1.0 + 4.0 * U)
     }
+}
+
+/// An f32 point in f64, exactly.
+pub(crate) fn widen(p: [f32; 3]) -> DVec3 {
+    DVec3::from_array(p.map(f64::from))
 }

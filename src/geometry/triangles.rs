@@ -5,9 +5,8 @@ use std::borrow::Cow;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::error::Error;
-use crate::error::first_wrong;
-use crate::geometry::aabb::Aabb;
+use crate::error::{Error, first_wrong};
+use crate::geometry::aabb::{Aabb, widen};
 
 /// The id of a triangle: its index in the slice given to [`Triangles::new`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -48,11 +47,12 @@ impl<'a> Triangles<'a> {
         Ok(Self { positions, indices, group_ends: Cow::Borrowed(&[]) })
     }
 
-    /// Tells where groups of consecutive triangles end, such as the objects of a scene: the k-th group has the triangles from
-    /// `ends[k - 1]`, or 0, to `ends[k]`. Without groups, all triangles are one. O(groups).
+    /// Tells where groups of consecutive triangles end, such as the objects of a scene: the k-th group has the
+    /// triangles from `ends[k - 1]`, or 0, to `ends[k]`. Without groups, all triangles are one. O(groups).
     ///
-    /// [`Partition::Given`](crate::intersect::general::partition::Partition::Given) divides between groups before it divides a group. A hierarchy is given
-    /// flat, its leaves in the order of a walk through it: neighbours are then of one parent. Never changes an output.
+    /// [`Partition::Given`](crate::options::Partition::Given) divides between groups before it divides a group. A
+    /// hierarchy is given flat, its leaves in the order of a walk through it: neighbours are then of one parent. Never
+    /// changes an output.
     ///
     /// ```
     /// # use umbel_core::Triangles;
@@ -63,7 +63,8 @@ impl<'a> Triangles<'a> {
     /// ```
     ///
     /// # Errors
-    /// The first group that does not end after the one before it, or groups that have more or fewer triangles than there are.
+    /// The first group that does not end after the one before it, or groups that have more or fewer triangles than
+    /// there are.
     pub fn with_groups(self, ends: impl Into<Cow<'a, [u32]>>) -> Result<Self, Error> {
         let group_ends = ends.into();
         let mut before = 0;
@@ -163,9 +164,4 @@ impl Triangle {
     pub(crate) fn edges(&self) -> [(DVec3, DVec3); 3] {
         [(self.a, self.b), (self.b, self.c), (self.c, self.a)]
     }
-}
-
-/// An f32 point in f64, exactly.
-pub(crate) fn widen(p: [f32; 3]) -> DVec3 {
-    DVec3::from_array(p.map(f64::from))
 }

@@ -1,5 +1,5 @@
-//! What is tested against triangles where rays share no origin: rays, segments, rays that leave receivers. With each goes the
-//! nearest hit so far.
+//! What is tested against triangles where rays share no origin: rays, segments, rays that leave receivers. With each
+//! goes the nearest hit so far.
 //!
 //! A hit is kept as bounds of its t. Two hits whose bounds do not overlap need no exact comparison.
 
@@ -7,14 +7,11 @@ use glam::DVec3;
 use prefetch_index::prefetch_index;
 
 use crate::exact::predicates::{Distance, covers, within_interval};
-use crate::geometry::ray::Ray;
-use crate::geometry::ray::Ties;
+use crate::geometry::ray::{Ray, Ties};
 use crate::geometry::triangles::Triangles;
-use crate::intersect::bundle::pairs::Known;
-use crate::intersect::scattered::depth::precedes;
 use crate::rays::hemisphere::AmbientRay;
-use crate::rays::hits::NO_TRIANGLE;
-use crate::rays::pencil::Origin;
+use crate::rays::hits::{NO_TRIANGLE, precedes};
+use crate::rays::origin::Origin;
 use crate::rays::pencil::Rays;
 use crate::rays::receiver::{Receiver, blocks, culling_ray};
 use crate::rays::segment::Segment;
@@ -23,7 +20,7 @@ use crate::stats::Stats;
 
 /// What is tested against the triangles.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Probes<'a> {
+pub(crate) enum RaySet<'a> {
     /// Rays.
     Rays(Rays<'a>),
     /// Segments: any triangle that blocks one will do.
@@ -34,7 +31,16 @@ pub(crate) enum Probes<'a> {
     Ambient(&'a [AmbientRay]),
 }
 
-/// The nearest hit of a probe so far: t lies in [lo, hi]. Without a hit, hi is the end of the ray.
+/// What is asked: which triangle each ray meets first, or whether it meets any.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Question<'a> {
+    pub(crate) triangles: &'a Triangles<'a>,
+    pub(crate) set: RaySet<'a>,
+    /// Whether any hit will do.
+    pub(crate) any: bool,
+}
+
+/// The nearest hit of a ray so far: t lies in [lo, hi]. Without a hit, hi is the end of the ray.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Nearest {
     pub(crate) id: u32,
@@ -54,12 +60,22 @@ impl Nearest {
     }
 }
 
+/// What is known of a pair that certainly is a hit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Known {
+    /// Bounds of t.
+    pub(crate) lo: f64,
+    pub(crate) hi: f64,
+    /// Whether d·N > 0.
+    pub(crate) from_behind: bool,
+}
+
 /// Any ray.
 pub(crate) const A_RAY: Ray =
     Ray { origin: DVec3::ZERO, direction: DVec3::X, t_min: 0.0, t_max: f64::INFINITY };
 
-impl Probes<'_> {
-    /// The number of probes.
+impl RaySet<'_> {
+    /// The number of rays.
     pub(crate) fn len(&self) -> usize {
         match self {
             Self::Rays(rays) => rays.len(),
@@ -69,7 +85,7 @@ impl Probes<'_> {
         }
     }
 
-    /// The ray of a probe: that of a segment or a shadow is good for culling only.
+    /// The ray with a number: that of a segment or a shadow is good for culling only.
     #[inline]
     pub(crate) fn ray(&self, index: u32) -> Ray {
         match self {
@@ -80,46 +96,51 @@ impl Probes<'_> {
         }
     }
 
-    /// The rays of eight probes: where they are, or made in `space`.
+    /// The rays of eight numbers: where they are, or made in `space`.
     #[inline(always)]
-    pub(crate) fn eight<'b>(&'b self, probes: [u32; LANES], space: &'b mut [Ray; LANES]) -> [&'b Ray; LANES] {
+    pub(crate) fn eight<'b>(
+        &'b self,
+        numbers: [u32; LANES],
+        space: &'b mut [Ray; LANES],
+    ) -> [&'b Ray; LANES] {
         // A ray is a line of the cache that is read and no more, unless it is copied first.
         match self {
-            Self::Rays(Rays::General(rays)) => probes.map(|probe| &rays[probe as usize]),
-            Self::Ambient(rays) => probes.map(|probe| &rays[probe as usize].ray),
+            Self::Rays(Rays::General(rays)) => numbers.map(|number| &rays[number as usize]),
+            Self::Ambient(rays) => numbers.map(|number| &rays[number as usize].ray),
             _ => {
-                for (ray, probe) in space.iter_mut().zip(probes) {
-                    *ray = self.ray(probe);
+                for (ray, number) in space.iter_mut().zip(numbers) {
+                    *ray = self.ray(number);
                 }
                 space.each_ref()
             }
         }
     }
 
-    /// Has the ray of a probe read into the cache, where it is read and not made.
+    /// Has the ray with a number read into the cache, where it is read and not made.
     #[inline]
-    pub(crate) fn prefetch(&self, probe: u32) {
+    pub(crate) fn prefetch(&self, number: u32) {
         // It need not begin with a line of the cache; the one that follows begins where it ends.
         match self {
             Self::Rays(Rays::General(rays)) => {
-                prefetch_index(rays, probe as usize);
-                prefetch_index(rays, probe as usize + 1);
+                prefetch_index(rays, number as usize);
+                prefetch_index(rays, number as usize + 1);
             }
-            Self::Ambient(rays) => prefetch_index(rays, probe as usize),
+            Self::Ambient(rays) => prefetch_index(rays, number as usize),
             _ => {}
         }
     }
 
-    /// Whether the rays of the probes are what is tested, and not for culling only.
+    /// Whether the rays are what is tested, and not for culling only.
     pub(crate) fn are_rays(&self) -> bool {
         matches!(self, Self::Rays(_) | Self::Ambient(_))
     }
 
-    /// Tests a probe and its ray against a triangle of which something is known. Otherwise like [`Self::test`].
+    /// Tests a ray, given with its number, against a triangle of which something is known. Otherwise like
+    /// [`Self::test`].
     #[inline]
     pub(crate) fn test_known(
         &self,
-        (probe, ray): (u32, &Ray),
+        (number, ray): (u32, &Ray),
         (id, verdict): (u32, Option<Known>),
         triangles: &Triangles<'_>,
         nearest: &mut Nearest,
@@ -133,7 +154,7 @@ impl Probes<'_> {
                     return true;
                 }
                 Self::Ambient(rays) => {
-                    let ray = &rays[probe as usize];
+                    let ray = &rays[number as usize];
                     let blocked = ray.owner != id && (ray.back_faces || !from_behind);
                     nearest.id = if blocked { id } else { nearest.id };
                     return blocked;
@@ -142,15 +163,15 @@ impl Probes<'_> {
                 _ => {}
             }
         }
-        self.test((probe, ray), id, triangles, nearest, stats)
+        self.test((number, ray), id, triangles, nearest, stats)
     }
 
-    /// Tests a probe and its ray against a triangle, exactly, and keeps it if it is nearer; of rays alone it is asked what is
-    /// nearer. Returns whether it was kept.
+    /// Tests a ray, given with its number, against a triangle, exactly, and keeps it if it is nearer; of rays alone it
+    /// is asked what is nearer. Returns whether it was kept.
     #[inline]
     pub(crate) fn test(
         &self,
-        (probe, ray): (u32, &Ray),
+        (number, ray): (u32, &Ray),
         id: u32,
         triangles: &Triangles<'_>,
         nearest: &mut Nearest,
@@ -158,13 +179,13 @@ impl Probes<'_> {
     ) -> bool {
         let blocked = match self {
             Self::Rays(rays) => return test_ray((ray, rays.ties()), id, triangles, nearest, stats),
-            Self::Segments(segments) => segments[probe as usize].is_blocked_by(id, &triangles.triangle(id)),
+            Self::Segments(segments) => segments[number as usize].is_blocked_by(id, &triangles.triangle(id)),
             Self::Shadows(light, receivers) => {
-                let receiver = &receivers[probe as usize];
+                let receiver = &receivers[number as usize];
                 blocks(*light, receiver, (id, &triangles.triangle(id)), &mut stats.ambiguous_coverage)
             }
             Self::Ambient(rays) => {
-                let ray = &rays[probe as usize];
+                let ray = &rays[number as usize];
                 ray.is_blocked_by(id, &triangles.triangle(id), &mut stats.ambiguous_coverage)
             }
         };
@@ -175,8 +196,8 @@ impl Probes<'_> {
     }
 }
 
-/// Tests one ray against one triangle and keeps what is nearer. Most triangles that are asked for lie around the ray's line,
-/// so the distance decides more often than coverage, and is asked for first.
+/// Tests one ray against one triangle and keeps what is nearer. Most triangles that are asked for lie around the ray's
+/// line, so the distance decides more often than coverage, and is asked for first.
 #[inline]
 fn test_ray(
     (ray, ties): (&Ray, Ties),

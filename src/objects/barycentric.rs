@@ -1,7 +1,7 @@
 //! What follows from a hit: where on the triangle it lies.
 //!
-//! The weights of the corners are proportional to the edge functions: w_a : w_b : w_c = e_bc : e_ca : e_ab. One fixed f64
-//! sequence computes them from the exact ray, so they are the same on every machine.
+//! The weights of the corners are proportional to the edge functions: w_a : w_b : w_c = e_bc : e_ca : e_ab. One fixed
+//! f64 sequence computes them from the exact ray, so they are the same on every machine.
 //!
 //! Based on: August Ferdinand Möbius, "Der barycentrische Calcul", 1827.
 
@@ -14,8 +14,8 @@ use crate::geometry::triangles::Triangle;
 use crate::geometry::triangles::{TriangleId, Triangles};
 
 impl Triangles<'_> {
-    /// The barycentric weights of a, b and c where the ray meets the triangle's plane: each in \[0, 1\], their sum within
-    /// 2 ulp of 1. Meant for a triangle that the ray hits.
+    /// The barycentric weights of a, b and c where the ray meets the triangle's plane: each in \[0, 1\], their sum
+    /// within 2 ulp of 1. Meant for a triangle that the ray hits.
     ///
     /// # Panics
     /// When there is no such triangle.

@@ -9,7 +9,6 @@ use fearless_simd::{f32x4, prelude::*};
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::Triangles;
-use crate::rays::receiver::Receiver;
 use crate::simd::lanes::{LANES, Narrow, Points, widen};
 
 /// The corners a, b and c of eight triangles.
@@ -53,18 +52,6 @@ pub(crate) fn transposed_points<S: Simd>(simd: S, points: &[[f32; 3]; LANES]) ->
         *read = f32x4::load_array(simd, [*x, *y, *z, 0.0]);
     }
     eight_transposed(read)
-}
-
-/// At most eight points by their places; the last one is repeated.
-#[inline(always)]
-pub(crate) fn points_of<S: Simd>(simd: S, receivers: &[Receiver], ids: &[u32]) -> Points<S> {
-    let mut read = [f32x4::simd_from(simd, 0.0); LANES];
-    for (lane, read) in read.iter_mut().enumerate() {
-        let [x, y, z] = receivers[ids[lane.min(ids.len() - 1)] as usize].point;
-        *read = f32x4::load_array(simd, [x, y, z, 0.0]);
-    }
-    let [x, y, z] = eight_transposed(read);
-    Points { x: widen(x), y: widen(y), z: widen(z) }
 }
 
 /// The box of some triangles.

@@ -1,16 +1,16 @@
 //! Orders triangles, or receivers, along a space-filling curve, in linear time.
 //!
-//! A triangle counts by its first corner. Cells of 32³ over the box of all positions are numbered along Lebesgue's (Morton's)
-//! curve. A counting sort, in parallel over chunks of the order given, brings the items into the order of cells; cells
-//! that hold many are sorted by finer cells of their own. Memory: 4 bytes per item for the permutation and
-//! 128 KiB per chunk; cells are computed twice instead of kept. For receivers see [`crate::intersect::irregular::order`] and
-//! [`crate::objects::point_order`].
+//! A triangle counts by its first corner. Cells of 32³ over the box of all positions are numbered along Lebesgue's
+//! (Morton's) curve. A counting sort, in parallel over chunks of the order given, brings the items into the order of
+//! cells; cells that hold many are sorted by finer cells of their own. Memory: 4 bytes per item for the permutation and
+//! 128 KiB per chunk; cells are computed twice instead of kept. For receivers see
+//! [`crate::intersect::irregular::order`] and [`crate::objects::point_order`].
 //!
 //! Until the end the permutation holds the finer cell above the bits of the id, as far as there is room: sorting a cell
 //! then reads nothing else. Up to 8 million items all nine bits fit.
 //!
-//! Reading the finer cells from the positions once more took as long as all the rest (koala, two threads: 1.4 of 2.9 ms),
-//! since neighbours on the curve are strangers in memory.
+//! Reading the finer cells from the positions once more took as long as all the rest (koala, two threads: 1.4 of 2.9
+//! ms), since neighbours on the curve are strangers in memory.
 //!
 //! The order changes time only, never a hit: (t, id) is a total order.
 //!
@@ -23,6 +23,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use fearless_simd::{Level, dispatch, prelude::*, u32x8};
 use rayon::prelude::*;
 
+use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::Triangles;
 use crate::objects::gather::first_corners;
 use crate::simd::lanes::{LANES, Narrow};
@@ -52,7 +53,8 @@ pub(crate) fn bytes_for(items: usize) -> usize {
 
 /// The triangles in the order of a curve.
 pub(crate) fn of_triangles(triangles: &Triangles<'_>, level: Level) -> Vec<u32> {
-    along_curve(&Grid::over(triangles), triangles.len(), level)
+    let cells = Cells::over(&triangles.position_bounds());
+    along_curve(&FirstCorners { triangles, cells }, triangles.len(), level)
 }
 
 /// Items in the order of their curve.
@@ -165,39 +167,47 @@ impl Packing {
     }
 }
 
-/// Cubic cells over a box. f32 is fine enough.
-struct Grid<'a> {
-    triangles: &'a Triangles<'a>,
+/// Cubic cells over a box, numbered along the curve. f32 is fine enough.
+pub(crate) struct Cells {
     lo: [f32; 3],
-    cells_per_unit: f32,
+    per_unit: f32,
 }
 
-impl<'a> Grid<'a> {
+impl Cells {
     /// 256 fine cells along the longest side.
-    fn over(triangles: &'a Triangles<'a>) -> Self {
-        let bounds = triangles.position_bounds();
+    pub(crate) fn over(bounds: &Aabb) -> Self {
         let longest = bounds.extent()[bounds.longest_axis()];
-        let cells_per_unit = if longest > 0.0 { 256.0 / longest } else { 0.0 };
-        Self { triangles, lo: bounds.lo, cells_per_unit: cells_per_unit as f32 }
+        let per_unit = if longest > 0.0 { 256.0 / longest } else { 0.0 };
+        Self { lo: bounds.lo, per_unit: per_unit as f32 }
     }
-}
 
-impl OnCurve for Grid<'_> {
-    /// One or two runs.
-    const FEW: usize = 32;
-
-    /// The numbers of eight triangles' first corners.
+    /// The numbers of eight points; what lies outside counts for the cells at the border.
     #[inline(always)]
-    fn places<S: Simd>(&self, simd: S, first: u32) -> [u32; LANES] {
-        let corners = first_corners(simd, self.triangles, first);
+    pub(crate) fn places<S: Simd>(&self, simd: S, points: [Narrow<S>; 3]) -> [u32; LANES] {
         let mut place = u32x8::simd_from(simd, 0);
-        for (k, corner) in corners.into_iter().enumerate() {
-            let cell = (corner - self.lo[k]) * self.cells_per_unit;
+        for (k, x) in points.into_iter().enumerate() {
+            let cell = (x - self.lo[k]) * self.per_unit;
             let cell = cell.max(0.0).min(Narrow::simd_from(simd, 255.0));
             // NaN, from infinite extents times zero, is some number: the mask keeps it inside.
             place |= spread(u32x8::truncate_from(cell) & 0xFF) << (2 - k as u32);
         }
         place.to_array()
+    }
+}
+
+/// Triangles, by their first corners.
+struct FirstCorners<'a> {
+    triangles: &'a Triangles<'a>,
+    cells: Cells,
+}
+
+impl OnCurve for FirstCorners<'_> {
+    /// One or two runs.
+    const FEW: usize = 32;
+
+    #[inline(always)]
+    fn places<S: Simd>(&self, simd: S, first: u32) -> [u32; LANES] {
+        self.cells.places(simd, first_corners(simd, self.triangles, first))
     }
 }
 

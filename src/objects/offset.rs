@@ -1,28 +1,30 @@
 //! Leaving a surface: where rays from a triangle start, so that they need no epsilon.
 //!
-//! The point p = Σ w_k v_k is moved toward the centroid until it lies 8 ulp (of its largest coordinate) from every edge, or
-//! to the centroid where the triangle is too thin for that, and rounded to f32. While orient3d shows it strictly on the
-//! wrong side of the plane it steps one ulp u_k along the axis with the largest |N_k|·u_k. Where the coordinates of the corners
-//! cancel, an ulp of p_k can be far less than the error of p_k in f64: u_k is then that error. A rounded point is at most
-//! u_k/2 + u_k/4 away from the true one per axis, so that a few such steps are enough. N_k are orientations in the coordinate
-//! planes: of a sliver's rounded normal not even the signs would be sure.
+//! The point p = Σ w_k v_k is moved toward the centroid until it lies 8 ulp (of its largest coordinate) from every
+//! edge, or to the centroid where the triangle is too thin for that, and rounded to f32. While orient3d shows it
+//! strictly on the wrong side of the plane it steps one ulp u_k along the axis with the largest |N_k|·u_k. Where the
+//! coordinates of the corners cancel, an ulp of p_k can be far less than the error of p_k in f64: u_k is then that
+//! error. A rounded point is at most u_k/2 + u_k/4 away from the true one per axis, so that a few such steps are
+//! enough. N_k are orientations in the coordinate planes: of a sliver's rounded normal not even the signs would be
+//! sure.
 //!
-//! Promised: the ray from there to its side never hits the triangle itself, nor any triangle in its plane, nor anything in
-//! the closed half space behind that plane; what lies farther from the true point than ρ = inset + 5 ulp per axis is decided
-//! exactly for the ray that starts at the returned point. Not promised: surfaces nearer than ρ (thin sheets, acute folds), and
-//! neighbours that f32 vertices really raise above the plane: those are true hits of grazing rays.
+//! Promised: the ray from there to its side never hits the triangle itself, nor any triangle in its plane, nor anything
+//! in the closed half space behind that plane; what lies farther from the true point than ρ = inset + 5 ulp per axis is
+//! decided exactly for the ray that starts at the returned point. Not promised: surfaces nearer than ρ (thin sheets,
+//! acute folds), and neighbours that f32 vertices really raise above the plane: those are true hits of grazing rays.
 //!
-//! Based on: Carsten Wächter and Nikolaus Binder, "A Fast and Robust Method for Avoiding Self-Intersection", 2019 (offsets
-//! in ulp); Jonathan Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997.
+//! Based on: Carsten Wächter and Nikolaus Binder, "A Fast and Robust Method for Avoiding Self-Intersection", 2019
+//! (offsets in ulp); Jonathan Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
+//! Predicates", 1997.
 
 use glam::DVec3;
 use robust::{Coord, orient2d};
 
 use crate::exact::filter::{Approx, Cross, Sign};
 use crate::exact::predicates::{collinear, facing, orientation};
+use crate::geometry::aabb::widen;
 use crate::geometry::ray::Ray;
-use crate::geometry::triangles::{Triangle, widen};
-use crate::geometry::triangles::{TriangleId, Triangles};
+use crate::geometry::triangles::{Triangle, TriangleId, Triangles};
 
 /// The distance from every edge, in ulp of the largest coordinate.
 const INSET_ULPS: f64 = 8.0;
@@ -30,8 +32,8 @@ const INSET_ULPS: f64 = 8.0;
 /// Steps after which a point would have to be on the right side many times over: 4 are enough in exact arithmetic.
 const MOST_STEPS: u32 = 16;
 
-/// Σ w_k v_k in f64 is at most four roundings of the largest coordinate from the true point, 2⁻⁵¹ of it. Steps are at least
-/// four times as long.
+/// Σ w_k v_k in f64 is at most four roundings of the largest coordinate from the true point, 2⁻⁵¹ of it. Steps are at
+/// least four times as long.
 const LEAST_STEP: f64 = 8.0 * f64::EPSILON;
 
 /// A side of a triangle's plane.
@@ -44,8 +46,8 @@ pub enum Side {
 }
 
 impl Triangles<'_> {
-    /// The side of a triangle that a direction leaves to, exactly; `None` for a direction in the plane, and for a triangle
-    /// without area.
+    /// The side of a triangle that a direction leaves to, exactly; `None` for a direction in the plane, and for a
+    /// triangle without area.
     ///
     /// # Panics
     /// When there is no such triangle.
@@ -58,8 +60,8 @@ impl Triangles<'_> {
         }
     }
 
-    /// The side of a triangle's plane that a point lies on, exactly; `None` for a point in the plane, and for a triangle
-    /// without area.
+    /// The side of a triangle's plane that a point lies on, exactly; `None` for a point in the plane, and for a
+    /// triangle without area.
     ///
     /// The point is in the range of [`Ray::origin`].
     ///
@@ -151,8 +153,8 @@ fn inset(triangle: &Triangle, weights: [f64; 3]) -> [f64; 3] {
     if moved(amount).iter().zip(&needed).any(too_thin) { moved(1.0) } else { moved(amount) }
 }
 
-/// The point one step farther along the axis on which that gets it farthest along the normal. Steps that would leave the
-/// range of f32 are none.
+/// The point one step farther along the axis on which that gets it farthest along the normal. Steps that would leave
+/// the range of f32 are none.
 fn step(mut point: [f32; 3], normal: DVec3, least: f64) -> [f32; 3] {
     let next = [0, 1, 2].map(|k| {
         let length = ulp(point[k]).max(least);

@@ -1,14 +1,15 @@
 //! Objects as runs: 16 consecutive triangles share one box, 8 boxes the next one up.
 //!
 //! The hierarchy is implicit in the order of the triangles: node i of a level holds nodes 8i to 8i + 7 of the level
-//! below, whose boxes are tested together. Boxes are computed in one streaming pass for each query and forgotten after it.
+//! below, whose boxes are tested together. Boxes are computed in one streaming pass for each query and forgotten after
+//! it.
 //!
-//! The order is the file's where that is coherent, else the one of [`crate::objects::morton`]. Measured by the area of the runs'
-//! boxes over that of the triangles' own boxes: both are near each other when neighbours in the file are neighbours in
-//! space, however large the triangles are.
+//! The order is the file's where that is coherent, else the one of [`crate::objects::morton`]. Measured by the area of
+//! the runs' boxes over that of the triangles' own boxes: both are near each other when neighbours in the file are
+//! neighbours in space, however large the triangles are.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011 (given partitions, implicit hierarchies).
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011 (given partitions, implicit hierarchies).
 
 use std::mem::size_of;
 
@@ -17,9 +18,10 @@ use rayon::prelude::*;
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::Triangles;
+use crate::objects::boxes::Boxes;
 use crate::objects::gather::bounds;
 use crate::objects::morton::{bytes_for, of_triangles};
-use crate::simd::lanes::{Boxes, LANES};
+use crate::simd::lanes::LANES;
 
 /// Triangles per run.
 pub(crate) const RUN: usize = 16;
@@ -55,7 +57,7 @@ impl Node {
         Self { level: self.level - 1, index: self.index * FANOUT + lane }
     }
 
-    /// The run, or group, that a node without children stands for.
+    /// The run that a node without children stands for.
     pub(crate) fn leaf(self) -> Option<usize> {
         (self.level == 0).then_some(self.index)
     }
@@ -80,7 +82,7 @@ impl Order {
 #[derive(Debug)]
 pub(crate) struct Runs {
     order: Order,
-    /// Boxes of the runs, then of ever larger groups, up to one vector of boxes.
+    /// Boxes of the runs, then of ever larger parts, up to one vector of boxes.
     levels: Vec<Vec<Boxes>>,
     /// Bytes that finding the order took.
     ordering: usize,

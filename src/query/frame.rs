@@ -1,20 +1,21 @@
 //! What survives from one frame to the next: memory, and on request the order of the triangles.
 //!
-//! A [`Frame`] that is used again writes into the hits of the frame before: no pages to fault in. One that keeps the order
-//! also spares the next frame the sorting; everything else is done from
-//! scratch, so triangles may move as they like. An order that has grown stale costs time, never a hit.
+//! A [`Frame`] that is used again writes into the hits of the frame before: no pages to fault in. One that keeps the
+//! order also spares the next frame the sorting; everything else is done from scratch, so triangles may move as they
+//! like. An order that has grown stale costs time, never a hit.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011 (a permutation is all that remains).
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011 (a permutation is all that remains).
 
 use crate::error::Error;
 use crate::geometry::triangles::Triangles;
-use crate::objects::runs::Order;
 use crate::options::Options;
-use crate::query;
+use crate::query::path;
+use crate::query::path::Kept;
 use crate::rays::hemisphere::{Occlusion, OpenRays};
 use crate::rays::hits::Hits;
-use crate::rays::pencil::{Origin, Rays};
+use crate::rays::origin::Origin;
+use crate::rays::pencil::Rays;
 use crate::rays::receiver::Receiver;
 use crate::stats::{Stats, TileStats};
 
@@ -36,11 +37,7 @@ use crate::stats::{Stats, TileStats};
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct Frame {
-    pub(crate) hits: Hits,
-    pub(crate) order: Option<Order>,
-    pub(crate) tiles: Vec<TileStats>,
-    pub(crate) pairs: Vec<u32>,
-    pub(crate) counts_pairs: bool,
+    kept: Kept,
     keeps_order: bool,
 }
 
@@ -57,11 +54,11 @@ impl Frame {
         Self { keeps_order: true, ..Self::default() }
     }
 
-    /// Counts the pairs of each ray from now on: see [`Frame::pairs`]. Changes no hit. 4 bytes per ray, and a little time where
-    /// rays go in bundles.
+    /// Counts the pairs of each ray from now on: see [`Frame::pairs`]. Changes no hit. 4 bytes per ray, and a little
+    /// time where rays go in bundles.
     #[must_use]
     pub fn counting_pairs(self) -> Self {
-        Self { counts_pairs: true, ..self }
+        Self { kept: Kept { counts_pairs: true, ..self.kept }, ..self }
     }
 
     /// Finds the nearest triangle along each ray, as [`crate::query::closest_hit`] does, into this frame.
@@ -75,12 +72,13 @@ impl Frame {
         options: &Options,
     ) -> Result<Stats, Error> {
         if !self.keeps_order {
-            self.order = None;
+            self.kept.order = None;
         }
-        query::run(triangles, rays.into(), options, false, self)
+        path::hits(triangles, rays.into(), options, false, &mut self.kept)
     }
 
-    /// Finds which receivers a light does not see, as [`crate::query::shadowed`] does. The hits of this frame stay what they are.
+    /// Finds which receivers a light does not see, as [`crate::query::shadowed`] does. The hits of this frame stay what
+    /// they are.
     ///
     /// # Errors
     /// As [`crate::query::shadowed`].
@@ -92,12 +90,13 @@ impl Frame {
         options: &Options,
     ) -> Result<(Vec<bool>, Stats), Error> {
         if !self.keeps_order {
-            self.order = None;
+            self.kept.order = None;
         }
-        query::run_shadowed(triangles, (light, receivers), options, self)
+        path::shadowed(triangles, (light, receivers), options, &mut self.kept)
     }
 
-    /// Finds which rays of receivers are open, as [`crate::query::open_rays`] does. The hits of this frame stay what they are.
+    /// Finds which rays of receivers are open, as [`crate::query::open_rays`] does. The hits of this frame stay what
+    /// they are.
     ///
     /// # Errors
     /// As [`crate::query::open_rays`].
@@ -108,29 +107,30 @@ impl Frame {
         options: &Options,
     ) -> Result<(OpenRays, Stats), Error> {
         if !self.keeps_order {
-            self.order = None;
+            self.kept.order = None;
         }
-        query::run_open_rays(triangles, occlusion, options)
+        path::open_rays(triangles, occlusion, options)
     }
 
     /// The hits of the last query.
     #[must_use]
     pub fn hits(&self) -> &Hits {
-        &self.hits
+        &self.kept.hits
     }
 
-    /// What each tile of a pencil's film cost in the last query; nothing, where it was no pencil or took the general path.
+    /// What each tile of a pencil's film cost in the last query; nothing, where it was no pencil or took the general
+    /// path.
     #[must_use]
     pub fn tiles(&self) -> &[TileStats] {
-        &self.tiles
+        &self.kept.tiles
     }
 
     /// The pairs of each ray with a triangle whose edge functions were evaluated in the last query: the sum is
     /// [`Stats::samples_tested`]. Empty unless this frame counts them.
     ///
-    /// A pencil counts those of scattered rays. Rays of its grid films are evaluated together, tile by tile: they have 0 here,
-    /// and their tiles have [`TileStats::samples_per_ray`]. Where all films are grids this is empty. What a ray is tested with depends on
-    /// the rays around it and on the path.
+    /// A pencil counts those of scattered rays. Rays of its grid films are evaluated together, tile by tile: they have
+    /// 0 here, and their tiles have [`TileStats::samples_per_ray`]. Where all films are grids this is empty. What a ray
+    /// is tested with depends on the rays around it and on the path.
     ///
     /// ```
     /// # use umbel_core::{Frame, Options, Ray, Triangles, glam::DVec3};
@@ -144,12 +144,17 @@ impl Frame {
     /// ```
     #[must_use]
     pub fn pairs(&self) -> &[u32] {
-        &self.pairs
+        &self.kept.pairs
+    }
+
+    /// The pairs of each ray, to keep.
+    pub(crate) fn into_pairs(self) -> Vec<u32> {
+        self.kept.pairs
     }
 
     /// The hits of the last query, to keep.
     #[must_use]
     pub fn into_hits(self) -> Hits {
-        self.hits
+        self.kept.hits
     }
 }

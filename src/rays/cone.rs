@@ -1,19 +1,21 @@
 //! Cones: one test of a box for a whole sub-pencil of directions that lie anywhere.
 //!
-//! A cone has an apex o, a unit axis and a half angle α. A ball with centre o + A and radius r lies outside iff its distance
-//! from the cone, |A×axis|·cos α − (A·axis)·sin α, exceeds r (for α < 90°). The box is tested through its ball.
+//! A cone has an apex o, a unit axis and a half angle α. A ball with centre o + A and radius r lies outside iff its
+//! distance from the cone, |A×axis|·cos α − (A·axis)·sin α, exceeds r (for α < 90°). The box is tested through its
+//! ball.
 //!
 //! The promise: *may keep what is missed, may never drop what is hit*.
 //!
-//! Based on: Solomon Boulos, Ingo Wald, Peter Shirley, "Geometric and Arithmetic Culling Methods for Entire Ray Packets",
-//! 2006; Benjamin Mora, "Naive Ray-Tracing: A Divide-and-Conquer Approach", 2011 (cones for common origins).
+//! Based on: Solomon Boulos, Ingo Wald, Peter Shirley, "Geometric and Arithmetic Culling Methods for Entire Ray
+//! Packets", 2006; Benjamin Mora, "Naive Ray-Tracing: A Divide-and-Conquer Approach", 2011 (cones for common origins).
 
 use glam::DVec3;
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::aabb::U;
 
-/// Each quantity of the test is at most |A| + r and passes fewer than 16 roundings; the axis is of unit length within 4u.
+/// Each quantity of the test is at most |A| + r and passes fewer than 16 roundings; the axis is of unit length within
+/// 4u.
 const CONE_SLACK: f64 = 32.0 * U;
 
 /// A cone of directions from an apex.

@@ -1,9 +1,9 @@
 //! Films: planes on which the rays of a pencil are points (x, y).
 //!
 //! A grid film holds the rays d = F + X·R + Y·U (origin at a point), or the start points p = F + X·R + Y·U (origin at
-//! infinity), with X = 2i + 1 − W and Y = H − 1 − 2j for pixel (i, j). F, R and U are rounded once to multiples of
-//! q = 2^(⌈log₂ M⌉ − 52), M = max_k(|F_k| + W|R_k| + H|U_k|) (W and H times the subpixels): then every partial result is a multiple of q below
-//! 2⁵³q, so f64 is exact, with or without fused operations. That ray is the truth on every path.
+//! infinity), with X = 2i + 1 − W and Y = H − 1 − 2j for pixel (i, j). F, R and U are rounded once to multiples of q =
+//! 2^(⌈log₂ M⌉ − 52), M = max_k(|F_k| + W|R_k| + H|U_k|) (W and H times the subpixels): then every partial result is a
+//! multiple of q below 2⁵³q, so f64 is exact, with or without fused operations. That ray is the truth on every path.
 //!
 //! Based on: Marc Olano and Trey Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997 (the film as
 //! the plane of homogeneous coordinates); Gregory Johnson et al., "The Irregular Z-Buffer", 2005 (scattered films).
@@ -35,8 +35,8 @@ pub struct GridFilm {
 }
 
 impl GridFilm {
-    /// A film of `width` x `height` rays. `forward` points at (or is) the centre of the film, `right` and `up` span half
-    /// a pixel each. They are rounded to the film's own spacing q.
+    /// A film of `width` x `height` rays. `forward` points at (or is) the centre of the film, `right` and `up` span
+    /// half a pixel each. They are rounded to the film's own spacing q.
     ///
     /// # Errors
     /// When a side is zero or above 2²⁰, or a vector is not finite. Whether the vectors span space is seen by

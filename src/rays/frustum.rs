@@ -1,12 +1,14 @@
 //! Frusta: one test of a box for a whole sub-pencil over a rectangle of a film.
 //!
-//! A film spans space by R, U and V, where V is F for an origin at a point and D for one at infinity. With the dual basis
+//! A film spans space by R, U and V, where V is F for an origin at a point and D for one at infinity. With the dual
+//! basis
 //!
 //! g_X = (U×V)/δ,  g_Y = (V×R)/δ,  g_W = (R×U)/δ,  δ = R·(U×V),
 //!
 //! a point x at A = x − base (base = o, or F at infinity) has film coordinates (g_X·A, g_Y·A)/(g_W·A) (point) or
-//! (g_X·A, g_Y·A) (infinity), and t = g_W·A along its ray. So every side of a frustum is one linear functional, and so is the
-//! least t of a box. A box is outside iff a functional is negative at its most positive corner, rounding included.
+//! (g_X·A, g_Y·A) (infinity), and t = g_W·A along its ray. So every side of a frustum is one linear functional, and so
+//! is the least t of a box. A box is outside iff a functional is negative at its most positive corner, rounding
+//! included.
 //!
 //! The promise: *may keep what is missed, may never drop what is hit*. Boxes and frusta are closed sets.
 //!
@@ -17,11 +19,11 @@ use fearless_simd::prelude::*;
 use glam::DVec3;
 
 use crate::exact::filter::{Approx, Cross};
-use crate::geometry::aabb::Aabb;
-use crate::geometry::aabb::U;
+use crate::geometry::aabb::{Aabb, U};
+use crate::objects::boxes::Boxes;
 use crate::rays::film::GridFilm;
-use crate::rays::pencil::Origin;
-use crate::simd::lanes::{Boxes, LANES, Lanes, Points};
+use crate::rays::origin::Origin;
+use crate::simd::lanes::{LANES, Lanes, Points};
 
 /// Evaluating g·A: one rounding of A, one of the product, two of the sum; one more pays for forming the bound.
 const DOT_SLACK: f64 = 5.0 * U;
@@ -182,8 +184,8 @@ pub struct Frustum {
 }
 
 impl Frustum {
-    /// The frustum over the rays of a grid film with columns `columns` and rows `rows` (both ends inclusive), or `None` when
-    /// the film spans no volume.
+    /// The frustum over the rays of a grid film with columns `columns` and rows `rows` (both ends inclusive), or `None`
+    /// when the film spans no volume.
     #[must_use]
     pub fn over_grid(origin: Origin, film: &GridFilm, columns: [u32; 2], rows: [u32; 2]) -> Option<Self> {
         let projection = Projection::new(origin, film.span())?;
@@ -232,8 +234,8 @@ impl Frustum {
         Some(least - least.abs() * (2.0 * U))
     }
 
-    /// What the tests of eight boxes compare with, for boxes within `bounds`: the sides' offsets and the start, each less
-    /// the error there.
+    /// What the tests of eight boxes compare with, for boxes within `bounds`: the sides' offsets and the start, each
+    /// less the error there.
     pub(crate) fn limits(&self, bounds: &Aabb) -> [f64; 6] {
         let reach = bounds.reach(self.base);
         let mut limits = [0.0; 6];

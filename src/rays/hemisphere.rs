@@ -1,15 +1,15 @@
 //! Ambient occlusion: which of the rays that leave a surface into the half space above it are open.
 //!
 //! From the point p of a receiver leave rays (p, d), 0 < t < t_max. A direction that does not point strictly above the
-//! surface, decided exactly as the sign of d·N, is occluded untested. Any other is occluded iff a triangle covers the ray
-//! with the ties of parallel rays, at some t in range; the receiver's own triangle never does. No epsilon: see
+//! surface, decided exactly as the sign of d·N, is occluded untested. Any other is occluded iff a triangle covers the
+//! ray with the ties of parallel rays, at some t in range; the receiver's own triangle never does. No epsilon: see
 //! [`Triangles::leave`].
 //!
 //! The same rays can be grouped by direction, as parallel beams, or receiver by receiver; the answer is decided ray by ray and
 //! does not depend on that.
 //!
-//! Based on: Sergey Zhukov, Andrei Iones, Grigorij Kronin, "An Ambient Light Illumination Model", 1998; Alexander Keller and
-//! Wolfgang Heidrich, "Interleaved Sampling", 2001 (directions shared by many receivers).
+//! Based on: Sergey Zhukov, Andrei Iones, Grigorij Kronin, "An Ambient Light Illumination Model", 1998; Alexander
+//! Keller and Wolfgang Heidrich, "Interleaved Sampling", 2001 (directions shared by many receivers).
 //!
 //! [`Triangles::leave`]: crate::geometry::triangles::Triangles::leave
 
@@ -19,9 +19,9 @@ use crate::error::Error;
 use crate::exact::expansion::Expansion;
 use crate::exact::filter::{Cross, Sign};
 use crate::exact::predicates::{Distance, covers, facing, within_interval};
+use crate::geometry::aabb::widen;
 use crate::geometry::ray::{Ray, Ties, check_origin};
-use crate::geometry::triangles::Triangles;
-use crate::geometry::triangles::{Triangle, widen};
+use crate::geometry::triangles::{Triangle, Triangles};
 use crate::objects::offset::Side;
 use crate::rays::hits::NO_TRIANGLE;
 use crate::rays::receiver::Receiver;
@@ -277,8 +277,8 @@ impl OpenRays {
         self.rays
     }
 
-    /// The rays of a receiver, 32 to a word: ray k is open iff bit k % 32 of word k / 32 is set. Bits beyond the last ray
-    /// are not set.
+    /// The rays of a receiver, 32 to a word: ray k is open iff bit k % 32 of word k / 32 is set. Bits beyond the last
+    /// ray are not set.
     ///
     /// # Panics
     /// When there is no such receiver.

@@ -1,6 +1,9 @@
 //! What the engine gives back: one (id, t) per ray, in the order of the rays.
 
-use crate::geometry::triangles::TriangleId;
+use crate::exact::filter::Sign;
+use crate::exact::predicates::Distance;
+use crate::geometry::ray::Ray;
+use crate::geometry::triangles::{TriangleId, Triangles};
 
 /// The id that stands for "no triangle", in arrays and files.
 pub const NO_TRIANGLE: u32 = u32::MAX;
@@ -21,6 +24,9 @@ pub struct Hits {
     pub(crate) ids: Vec<u32>,
     pub(crate) ts: Vec<f32>,
 }
+
+/// The hits of one row of a film: ids and distances.
+pub(crate) type Row<'a> = (&'a mut [u32], &'a mut [f32]);
 
 impl Hits {
     /// As many misses as there are rays.
@@ -76,5 +82,21 @@ impl FromIterator<Option<Hit>> for Hits {
         let pair = |hit: Option<Hit>| hit.map_or((NO_TRIANGLE, f32::INFINITY), |hit| (hit.id.0, hit.t));
         let (ids, ts) = hits.into_iter().map(pair).unzip();
         Self { ids, ts }
+    }
+}
+
+/// Whether the first triangle comes before the second along the ray by (t, id), exactly.
+pub(crate) fn precedes(
+    ray: &Ray,
+    first: u32,
+    second: u32,
+    triangles: &Triangles<'_>,
+    ambiguous: &mut u64,
+) -> bool {
+    let (one, other) = (triangles.triangle(first), triangles.triangle(second));
+    match Distance::new(ray, &one).compare(&Distance::new(ray, &other), ambiguous) {
+        Sign::Negative => true,
+        Sign::Zero => first < second,
+        Sign::Positive => false,
     }
 }

@@ -3,8 +3,8 @@
 //! The origin is homogeneous. A point (w = 1) is an eye, a point light, the centre of an environment map, an
 //! ambient-occlusion receiver; a direction (w = 0), an origin at infinity, is an orthographic camera or the sun.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011 (rays with inherent structure).
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011 (rays with inherent structure).
 
 use glam::DVec3;
 
@@ -12,35 +12,10 @@ use crate::error::Error;
 use crate::geometry::ray::{Ray, Ties, check_direction, check_origin};
 use crate::rays::film::{Film, GridFilm};
 use crate::rays::frustum::Projection;
+use crate::rays::origin::Origin;
 
-/// The common origin of a pencil.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Origin {
-    /// w = 1: all rays start here. Films hold directions.
-    Point(DVec3),
-    /// w = 0: all rays have this direction. Films hold start points.
-    Infinity(DVec3),
-}
-
-impl Origin {
-    /// How edge functions of zero get their sign.
-    pub(crate) fn ties(self) -> Ties {
-        match self {
-            Self::Point(_) => Ties::Direction,
-            Self::Infinity(_) => Ties::Origin,
-        }
-    }
-
-    /// The ray through a sample of a film.
-    pub(crate) fn ray(self, sample: DVec3) -> Ray {
-        match self {
-            Self::Point(origin) => Ray::new(origin, sample),
-            Self::Infinity(direction) => Ray::new(sample, direction),
-        }
-    }
-}
-
-/// Rays through a common origin, on one or more films. Ray indices run through the films in order, row by row in a grid.
+/// Rays through a common origin, on one or more films. Ray indices run through the films in order, row by row in a
+/// grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pencil {
     origin: Origin,
@@ -54,8 +29,8 @@ impl Pencil {
     /// Checks and keeps the rays. O(scattered rays).
     ///
     /// # Errors
-    /// When the origin, a direction or a start point is out of the range of [`Ray`], a grid film spans no volume, or there
-    /// are more than 2³² − 1 rays.
+    /// When the origin, a direction or a start point is out of the range of [`Ray`], a grid film spans no volume, or
+    /// there are more than 2³² − 1 rays.
     pub fn new(origin: Origin, films: Vec<Film>) -> Result<Self, Error> {
         match origin {
             Origin::Point(point) => check_origin(point)?,

@@ -1,23 +1,23 @@
 //! Shadows: which points a light does not see. Exact, without distances, biases or epsilons.
 //!
-//! A receiver is a point p on a triangle, as [`Triangles::leave`] makes it. For a light at l it is in shadow iff a triangle
-//! blocks the segment l → p, see [`Segment`]; for a light in the direction −D, from where its rays travel along D, iff a
-//! triangle covers the ray (p, −D), t > 0, with the ties of parallel rays. The receiver's own triangle never does.
+//! A receiver is a point p on a triangle, as [`Triangles::leave`] makes it. For a light at l it is in shadow iff a
+//! triangle blocks the segment l → p, see [`Segment`]; for a light in the direction −D, from where its rays travel
+//! along D, iff a triangle covers the ray (p, −D), t > 0, with the ties of parallel rays. The receiver's own triangle
+//! never does.
 //!
 //! [`Triangles::leave`]: crate::geometry::triangles::Triangles::leave
 //!
-//! Based on: Lance Williams, "Casting Curved Shadows on Curved Surfaces", 1978 (visibility from the light); Gregory Johnson
-//! et al., "The Irregular Z-Buffer", 2005 (at the points that are asked for).
+//! Based on: Lance Williams, "Casting Curved Shadows on Curved Surfaces", 1978 (visibility from the light); Gregory
+//! Johnson et al., "The Irregular Z-Buffer", 2005 (at the points that are asked for).
 
 use glam::DVec3;
 
 use crate::error::Error;
 use crate::exact::predicates::covers;
-use crate::geometry::ray::Ray;
-use crate::geometry::ray::{Ties, check_direction, check_origin};
-use crate::geometry::triangles::TriangleId;
-use crate::geometry::triangles::{Triangle, widen};
-use crate::rays::pencil::Origin;
+use crate::geometry::aabb::widen;
+use crate::geometry::ray::{Ray, Ties, check_direction, check_origin};
+use crate::geometry::triangles::{Triangle, TriangleId};
+use crate::rays::origin::Origin;
 use crate::rays::segment::Segment;
 
 /// A point that may lie in shadow.

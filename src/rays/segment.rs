@@ -1,11 +1,12 @@
 //! Segments: is one point seen from another? Exact, without distances, biases or epsilons.
 //!
-//! The segment l → p is blocked iff some triangle, other than the one that p lies on, has l and p strictly on opposite sides of
-//! its plane, and the line covers it. All of that are orientations of given points: e = (p − l)·((a − l)×(b − l)) =
-//! orient3d(a, b, p, l). A zero e takes the sign of the first non-zero component of (a − l)×(b − l), as for rays from l.
+//! The segment l → p is blocked iff some triangle, other than the one that p lies on, has l and p strictly on opposite
+//! sides of its plane, and the line covers it. All of that are orientations of given points: e = (p − l)·((a − l)×(b −
+//! l)) = orient3d(a, b, p, l). A zero e takes the sign of the first non-zero component of (a − l)×(b − l), as for rays
+//! from l.
 //!
-//! Based on: Jonathan Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997;
-//! Herbert Edelsbrunner and Ernst Mücke, "Simulation of Simplicity", 1990.
+//! Based on: Jonathan Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates",
+//! 1997; Herbert Edelsbrunner and Ernst Mücke, "Simulation of Simplicity", 1990.
 
 use glam::DVec3;
 

@@ -7,16 +7,17 @@
 //!     a tile: nearest first: drop what is hidden; open, or dice and sample what is ready
 //! ```
 //!
-//! Opening expands a group or splits a patch, see [`crate::reyes::dice`]. So tiles share the work on objects that are larger than
-//! they are, hidden objects are never opened but for those few, and nothing is kept: a list of objects per film that is being
-//! halved, one grid per thread, and what the rays of a tile have hit.
+//! Opening expands a group or splits a patch, see [`crate::reyes::dice`]. So tiles share the work on objects that are
+//! larger than they are, hidden objects are never opened but for those few, and nothing is kept: a list of objects per
+//! film that is being halved, one grid per thread, and what the rays of a tile have hit.
 //!
-//! A list holds one object for [`PIXELS`] rays, and at most [`WIDE`]. Lists of 64 for every film took 2.2 times as long for a
-//! displaced cage, whose patches each of many tiles had to open anew, and 1.1 times for terrain. Lists of 1024 for every film open
-//! what is hidden, too: 128 sheets behind each other took 2.5 times as long as the first, and take 1.4 times so.
+//! A list holds one object for [`PIXELS`] rays, and at most [`WIDE`]. Lists of 64 for every film took 2.2 times as long
+//! for a displaced cage, whose patches each of many tiles had to open anew, and 1.1 times for terrain. Lists of 1024
+//! for every film open what is hidden, too: 128 sheets behind each other took 2.5 times as long as the first, and take
+//! 1.4 times so.
 //!
-//! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987; Alexander Keller
-//! and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure", 2011.
+//! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987; Alexander
+//! Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure", 2011.
 
 use std::mem::size_of;
 use std::sync::{Mutex, PoisonError};
@@ -24,29 +25,26 @@ use std::sync::{Mutex, PoisonError};
 use fearless_simd::Level;
 
 use crate::error::Error;
-use crate::geometry::aabb::Aabb;
-use crate::intersect::grid::hierarchical_z::TILE_SIDE;
-use crate::intersect::grid::tiles::Rect;
+use crate::intersect::pencil::rect::Rect;
+use crate::intersect::pencil::rect::{TILE_SIDE, tile_stats};
 use crate::intersect::pencil::screen_bounds::Pixels;
-use crate::intersect::pencil::tile_stats;
 use crate::options::{Options, Path};
-use crate::query::{check_call, in_pool};
+use crate::query::call::{check_call, in_pool};
 use crate::rays::film::GridFilm;
 use crate::rays::film::{Film, Sampling};
-use crate::rays::frustum::{Frustum, Interval, Projection};
-use crate::rays::pencil::Origin;
+use crate::rays::frustum::{Frustum, Projection};
+use crate::rays::origin::Origin;
 use crate::rays::pencil::Pencil;
 use crate::reyes::dice::density::Density;
-use crate::reyes::dice::detail::Detail;
+use crate::reyes::dice::dicer::{Dicer, Piece};
+use crate::reyes::dice::dicing::Dicing;
 use crate::reyes::dice::rule::OnDemand;
-use crate::reyes::dice::{Dicer, Dicing, Piece};
 use crate::reyes::reference;
+use crate::reyes::sample::grid_tile::{GridTile, frustum_over};
 use crate::reyes::sample::hits::{SurfaceHits, SurfaceWindow};
-use crate::reyes::sample::kernel::GridTile;
-use crate::reyes::sample::projected::PlacedGrid;
-use crate::reyes::sample::winners::TileSamples;
-use crate::reyes::tile;
-use crate::stats::{Stats, TileStats};
+use crate::reyes::tile::TileWork;
+use crate::reyes::walk::{Item, Opener};
+use crate::stats::Stats;
 
 /// The most objects that a film hands its halves, but for the parts of one group.
 const WIDE: usize = 1024;
@@ -55,14 +53,15 @@ const PIXELS: usize = 64;
 
 /// Finds the nearest surface along each ray, making surfaces where they are needed only.
 ///
-/// Patches are diced into micropolygons as the density of the rays asks: see [`Dicing`]. What a ray sees is exact for those
-/// micropolygons, and the same on every path, thread count and machine; so is what lies between two grids, as they never
-/// leave a crack. Runs on the current rayon pool. Memory does not grow with the number of micropolygons: see
-/// [`Stats::engine_bytes`]. [`crate::options::Accuracy`] changes nothing here. [`Path::General`] makes all triangles first, see [`crate::reyes::reference::dice_all`].
+/// Patches are diced into micropolygons as the density of the rays asks: see [`Dicing`]. What a ray sees is exact for
+/// those micropolygons, and the same on every path, thread count and machine; so is what lies between two grids, as
+/// they never leave a crack. Runs on the current rayon pool. Memory does not grow with the number of micropolygons: see
+/// [`Stats::engine_bytes`]. [`crate::options::Accuracy`] changes nothing here. [`Path::General`] makes all triangles
+/// first, see [`crate::reyes::reference::dice_all`].
 ///
 /// # Errors
-/// When a film is scattered, the shading rate is out of range, a surface gives points that are not finite, or the thread
-/// flushes subnormal numbers to zero.
+/// When a film is scattered, the shading rate is out of range, a surface gives points that are not finite, or the
+/// thread flushes subnormal numbers to zero.
 pub fn closest_hit_on_demand<S: OnDemand>(
     surfaces: &S,
     pencil: &Pencil,
@@ -75,8 +74,8 @@ pub fn closest_hit_on_demand<S: OnDemand>(
 }
 
 impl SurfaceHits {
-    /// Finds the nearest surface along each ray, as [`closest_hit_on_demand`] does, in the memory of these hits: for as many rays as
-    /// before none is asked of the system, which takes longer than a frame of few micropolygons.
+    /// Finds the nearest surface along each ray, as [`closest_hit_on_demand`] does, in the memory of these hits: for as
+    /// many rays as before none is asked of the system, which takes longer than a frame of few micropolygons.
     ///
     /// # Errors
     /// As of [`closest_hit_on_demand`]; then these hits are those of no rays in particular.
@@ -98,54 +97,19 @@ impl SurfaceHits {
     }
 }
 
-/// What a thread works with.
-pub(crate) struct Workspace<'a, S: OnDemand> {
-    pub(crate) dicer: Dicer<'a, S>,
-    pub(crate) samples: TileSamples,
-    pub(crate) grid: PlacedGrid,
-    pub(crate) opened: Vec<Piece<S::Object>>,
-    pub(crate) stack: Vec<Item<S::Object>>,
-    /// The most micropolygons of a grid.
-    pub(crate) largest_grid: u64,
-    /// What the tiles have cost that were worked on here.
-    tiles: Vec<TileStats>,
-}
-
-impl<S: OnDemand> Workspace<'_, S> {
-    fn bytes(&self) -> usize {
-        self.dicer.bytes()
-            + self.samples.bytes()
-            + self.grid.bytes()
-            + self.opened.capacity() * size_of::<Piece<S::Object>>()
-            + self.stack.capacity() * size_of::<Item<S::Object>>()
-            + self.tiles.capacity() * size_of::<TileStats>()
-    }
-}
-
-/// A piece that some rays may meet.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Item<O> {
-    pub(crate) piece: Piece<O>,
-    pub(crate) bounds: Aabb,
-    /// A lower bound of t on the rays within the box.
-    pub(crate) t: f64,
-    /// About how large the box looks.
-    pub(crate) size: f64,
-}
-
 /// What all rays of a film share.
-pub(crate) struct FilmQuery<'q, 'a, S: OnDemand> {
-    pub(crate) surfaces: &'a S,
-    pub(crate) origin: Origin,
-    pub(crate) film: &'q GridFilm,
+struct SurfaceQuery<'q, 'a, S: OnDemand> {
+    surfaces: &'a S,
+    origin: Origin,
+    film: &'q GridFilm,
     /// The number of the film.
     index: usize,
-    pub(crate) projection: Projection,
-    pub(crate) level: Level,
+    projection: Projection,
+    level: Level,
     density: &'a Density,
     dicing: &'q Dicing,
-    /// Workspaces that no thread uses now.
-    idle: &'q Mutex<Vec<Box<Workspace<'a, S>>>>,
+    /// What no thread works with now.
+    idle: &'q Mutex<Vec<Box<TileWork<'a, S>>>>,
 }
 
 /// The recursion for every film.
@@ -172,7 +136,7 @@ fn see<S: OnDemand>(
             continue;
         };
         let query =
-            FilmQuery { surfaces, origin, film, index, projection, level, density, dicing, idle: &idle };
+            SurfaceQuery { surfaces, origin, film, index, projection, level, density, dicing, idle: &idle };
         let detail = density.detail.of_micropolygons(dicing);
         let roots: Vec<Item<S::Object>> =
             surfaces.roots().into_iter().map(|root| Item::new(Piece::of(root), surfaces, &detail)).collect();
@@ -187,50 +151,39 @@ fn see<S: OnDemand>(
     Ok(stats)
 }
 
-impl<'a, S: OnDemand> FilmQuery<'_, 'a, S> {
-    /// A workspace, and its return.
-    fn with_workspace<R>(&self, work: impl FnOnce(&mut Workspace<'a, S>) -> R) -> R {
+impl<'a, S: OnDemand> SurfaceQuery<'_, 'a, S> {
+    /// Something to work with, and its return.
+    fn with_work<R>(&self, work: impl FnOnce(&mut TileWork<'a, S>) -> R) -> R {
         let taken = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        let mut workspace = taken.unwrap_or_else(|| {
-            Box::new(Workspace {
-                dicer: Dicer::new(self.surfaces, self.density, self.dicing),
-                samples: TileSamples::new(),
-                grid: PlacedGrid::default(),
-                opened: Vec::new(),
-                stack: Vec::new(),
-                largest_grid: 0,
-                tiles: Vec::new(),
-            })
-        });
-        let result = work(&mut workspace);
-        self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(workspace);
+        let mut taken = taken
+            .unwrap_or_else(|| Box::new(TileWork::new(Dicer::new(self.surfaces, self.density, self.dicing))));
+        let result = work(&mut taken);
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(taken);
         result
     }
 
-    /// The frustum over a rectangle of rays.
-    pub(crate) fn frustum(&self, rect: Rect) -> Frustum {
-        let x = Interval { lo: self.film.x(rect.x0), hi: self.film.x(rect.x1 - 1) };
-        let y = Interval { lo: self.film.y(rect.y1 - 1), hi: self.film.y(rect.y0) };
-        Frustum::new(&self.projection, x, y, Interval { lo: 0.0, hi: 0.0 })
+    fn frustum(&self, rect: Rect) -> Frustum {
+        frustum_over(self.film, &self.projection, rect)
     }
 
     /// One step of the recursion: the rays of a window and the objects that they may meet.
-    fn halve(&self, objects: &[Item<S::Object>], window: SurfaceWindow<'_>) -> Result<Stats, Error> {
+    fn halve(&self, objects: &[Item<S::Object>], mut window: SurfaceWindow<'_>) -> Result<Stats, Error> {
         let rect = window.rect;
         let frustum = self.frustum(rect);
         let mut stats = Stats { nodes: 1, ..Stats::default() };
         let mut met: Vec<Item<S::Object>> =
-            objects.iter().filter_map(|item| enter(item, &frustum, &mut stats)).collect();
+            objects.iter().filter_map(|item| item.enter(&frustum, &mut stats)).collect();
         if rect.width() <= TILE_SIDE && rect.height() <= TILE_SIDE {
-            return self.with_workspace(|work| {
-                let tile = GridTile {
-                    origin: self.origin,
-                    film: self.film,
-                    rect,
-                    frustum,
-                    pixels: self.pixels([rect.x0, rect.y0]),
-                };
-                let stats = tile::see(self, &tile, work, (met, window), stats)?;
+            let tile = GridTile {
+                origin: self.origin,
+                film: self.film,
+                projection: &self.projection,
+                rect,
+                frustum,
+                pixels: self.pixels([rect.x0, rect.y0]),
+            };
+            return self.with_work(|work| {
+                work.see(self.level, &tile, met, &mut window, &mut stats)?;
                 work.tiles.push(tile_stats(self.index)((rect, stats)));
                 Ok(stats)
             });
@@ -238,7 +191,7 @@ impl<'a, S: OnDemand> FilmQuery<'_, 'a, S> {
         let pixels = rect.width() as usize * rect.height() as usize;
         let [first, second] = window.halves(TILE_SIDE);
         let halves = [self.frustum(first.rect), self.frustum(second.rect)];
-        self.with_workspace(|work| self.refine(&mut met, (&halves, pixels), work, &mut stats));
+        self.with_work(|work| refine(&mut met, &halves, pixels, &mut work.walk.opener, &mut stats));
         let (first, second) = rayon::join(|| self.halve(&met, first), || self.halve(&met, second));
         let (first, second) = (first?, second?);
         // The greatest along one way down; each thread is on one.
@@ -250,68 +203,44 @@ impl<'a, S: OnDemand> FilmQuery<'_, 'a, S> {
     fn pixels(&self, first: [u32; 2]) -> Pixels {
         Pixels::counted_from(&self.projection, self.film, first, Sampling::Grid)
     }
+}
 
-    /// Opens objects that both halves would open, the largest first, until there are many. The size of the others becomes 0.
-    /// Each round opens those of at least half the greatest size.
-    fn refine(
-        &self,
-        objects: &mut Vec<Item<S::Object>>,
-        (halves, pixels): (&[Frustum; 2], usize),
-        work: &mut Workspace<'a, S>,
-        stats: &mut Stats,
-    ) {
-        let Workspace { dicer, opened, .. } = work;
-        let wide = WIDE.min(pixels / PIXELS);
-        *objects = objects.iter().filter_map(|item| enter_halves(item, halves, stats)).collect();
-        loop {
-            let greatest =
-                objects.iter().fold(0.0, |most, item| if item.size > most { item.size } else { most });
-            if greatest == 0.0 {
+/// Opens objects that both halves would open, the largest first, until there are many. The size of the others becomes
+/// 0. Each round opens those of at least half the greatest size.
+fn refine<S: OnDemand>(
+    objects: &mut Vec<Item<S::Object>>,
+    halves: &[Frustum; 2],
+    pixels: usize,
+    opener: &mut Opener<'_, S>,
+    stats: &mut Stats,
+) {
+    let wide = WIDE.min(pixels / PIXELS);
+    *objects = objects.iter().filter_map(|item| enter_halves(item, halves, stats)).collect();
+    loop {
+        let greatest = objects.iter().fold(0.0, |most, item| if item.size > most { item.size } else { most });
+        if greatest == 0.0 {
+            return;
+        }
+        for place in (0..objects.len()).rev() {
+            if objects.len() >= wide {
                 return;
             }
-            for place in (0..objects.len()).rev() {
-                if objects.len() >= wide {
-                    return;
-                }
-                if objects[place].size < greatest * 0.5 {
-                    continue;
-                }
-                let item = objects.swap_remove(place);
-                opened.clear();
-                if let Some(piece) = dicer.open(&item.piece, &item.bounds, opened, stats) {
-                    objects.push(Item { piece, size: 0.0, ..item });
-                    continue;
-                }
-                let parts = opened.iter().map(|piece| Item::new(*piece, self.surfaces, &dicer.detail));
-                objects.extend(parts.filter_map(|part| enter_halves(&part, halves, stats)));
+            if objects[place].size < greatest * 0.5 {
+                continue;
             }
+            let item = objects.swap_remove(place);
+            let ready =
+                opener.open(&item, stats, |part, stats| objects.extend(enter_halves(&part, halves, stats)));
+            objects.extend(ready.map(|piece| Item { piece, size: 0.0, ..item }));
         }
     }
 }
 
 /// The object, unless it lies outside both frusta. It has a size only if it lies in both, and is not ready.
 fn enter_halves<O: Copy>(item: &Item<O>, halves: &[Frustum; 2], stats: &mut Stats) -> Option<Item<O>> {
-    let [first, second] = halves.each_ref().map(|half| enter(item, half, stats));
+    let [first, second] = halves.each_ref().map(|half| item.enter(half, stats));
     match (first, second) {
         (Some(item), Some(_)) if item.piece.ready().is_none() => Some(item),
         (first, second) => first.or(second).map(|item| Item { size: 0.0, ..item }),
     }
-}
-
-impl<O: Copy> Item<O> {
-    /// A piece that nobody has looked at yet.
-    pub(crate) fn new<S: OnDemand<Object = O>>(piece: Piece<O>, surfaces: &S, detail: &Detail) -> Self {
-        Self { piece, bounds: piece.bounds(surfaces, detail), t: 0.0, size: 0.0 }
-    }
-}
-
-/// The object, with its t, unless it lies outside the frustum.
-pub(crate) fn enter<O: Copy>(item: &Item<O>, frustum: &Frustum, stats: &mut Stats) -> Option<Item<O>> {
-    stats.frustum_tests += 1;
-    let Some(t) = frustum.enter(&item.bounds) else {
-        stats.surfaces_culled_by_frustum += 1;
-        return None;
-    };
-    let [x, y, z] = item.bounds.extent();
-    Some(Item { t, size: if t > 0.0 { (x + y + z) / t } else { f64::INFINITY }, ..*item })
 }

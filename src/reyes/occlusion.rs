@@ -1,30 +1,35 @@
 //! Ambient occlusion by surfaces on demand: diced as finely as receivers are apart, tested exactly, and forgotten.
 //!
-//! Rays leave all over the box of the receivers to all sides, so no pencil tells how finely a surface is to be diced: it is as
-//! fine as they are apart at their start, and coarser the farther away, see [`Around`]. A round of micropolygons goes, with the
-//! triangles that receivers lie on, through the query for triangles; a ray is open iff it is in every round.
+//! Rays leave all over the box of the receivers to all sides, so no pencil tells how finely a surface is to be diced:
+//! it is as fine as they are apart at their start, and coarser the farther away, see [`Around`]. A round of
+//! micropolygons goes, with the triangles that receivers lie on, through the query for triangles; a ray is open iff it
+//! is in every round.
 //!
-//! Memory: [`ROUND`] triangles and what the query takes for them, about 150 bytes each; nothing grows with the number of
-//! micropolygons.
+//! Memory: [`ROUND`] triangles and what the query takes for them, about 150 bytes each; nothing grows with the number
+//! of micropolygons.
 //!
-//! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987; Per Christensen,
-//! "Point-Based Approximate Color Bleeding", 2008 (coarser with the distance).
+//! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987; Per
+//! Christensen, "Point-Based Approximate Color Bleeding", 2008 (coarser with the distance).
 
 use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::geometry::aabb::Aabb;
+use crate::geometry::aabb::widen;
 use crate::geometry::triangles::Triangles;
-use crate::geometry::triangles::widen;
 use crate::options::Options;
+use crate::query::call::{check_call, in_pool};
 use crate::query::frame::Frame;
-use crate::query::{check_call, in_pool};
 use crate::rays::hemisphere::{Occlusion, OpenRays, RaySamples};
-use crate::reyes::dice::batch::Batch;
-use crate::reyes::dice::density::{Around, Density};
+use crate::reyes::dice::density::Density;
+use crate::reyes::dice::detail::Around;
 use crate::reyes::dice::detail::gap;
+use crate::reyes::dice::dicer::Dicer;
+use crate::reyes::dice::dicing::Dicing;
+use crate::reyes::dice::grid_triangles::GridTriangles;
+use crate::reyes::dice::patch::SubPatch;
 use crate::reyes::dice::rule::OnDemand;
-use crate::reyes::dice::{Dicer, Dicing, Piece};
+use crate::reyes::walk::{Item, Search, Walk};
 use crate::stats::Stats;
 
 /// Triangles of a round, about.
@@ -38,12 +43,12 @@ const SLACK: f64 = 1.0 + 1e-9;
 
 /// Finds which rays of receivers neither triangles nor surfaces on demand occlude: see [`crate::query::open_rays`].
 ///
-/// Surfaces are diced for rays from all over the box of `around`, which should hold all receivers: so the answer for a receiver
-/// does not depend on which others are asked for. Exact for the micropolygons that come out.
+/// Surfaces are diced for rays from all over the box of `around`, which should hold all receivers: so the answer for a
+/// receiver does not depend on which others are asked for. Exact for the micropolygons that come out.
 ///
 /// # Errors
-/// As [`crate::query::open_rays`], and when `around` has no size, the shading rate is out of range, or a surface gives points that are
-/// not finite.
+/// As [`crate::query::open_rays`], and when `around` has no size, the shading rate is out of range, or a surface gives
+/// points that are not finite.
 pub fn open_rays_on_demand<S: OnDemand>(
     surfaces: &S,
     triangles: &Triangles<'_>,
@@ -109,9 +114,8 @@ impl Reach {
 
 /// Pieces that wait, and what they are diced into.
 struct Heap<'a, S: OnDemand> {
-    dicer: Dicer<'a, S>,
-    pieces: Vec<Piece<S::Object>>,
-    batch: Batch,
+    walk: Walk<'a, S>,
+    triangles: GridTriangles,
     stats: Stats,
 }
 
@@ -130,33 +134,25 @@ impl<'a, S: OnDemand> Rounds<'a, S> {
         stats: &mut Stats,
     ) -> Self {
         let heap = || Heap {
-            dicer: Dicer::new(surfaces, density, dicing),
-            pieces: Vec::new(),
-            batch: Batch::default(),
+            walk: Walk::new(Dicer::new(surfaces, density, dicing)),
+            triangles: GridTriangles::default(),
             stats: Stats::default(),
         };
         let mut heaps: Vec<Heap<'a, S>> = (0..HEAPS).map(|_| heap()).collect();
-        let first = &mut heaps[0];
-        let mut pieces: Vec<Piece<S::Object>> = surfaces.roots().into_iter().map(Piece::of).collect();
-        while pieces.len() < PIECES && pieces.iter().any(|piece| piece.ready().is_none()) {
-            for piece in std::mem::take(&mut pieces) {
-                match piece.ready() {
-                    Some(_) => pieces.push(piece),
-                    None => first.open(&piece, reach, &mut pieces),
-                }
-            }
-        }
-        first.pieces = pieces;
-        *stats = stats.then(std::mem::take(&mut first.stats));
+        let Heap { walk, triangles, .. } = &mut heaps[0];
+        let (mut search, mut of_first) = (ReachSearch { reach, triangles }, Stats::default());
+        walk.begin(&mut search, &mut of_first);
+        walk.spread(PIECES, &mut search, &mut of_first);
+        *stats = stats.then(of_first);
         Self { heaps, reach }
     }
 
     /// Dices until there are as many micropolygons as a round has, or none are left.
     fn dice(&mut self) -> Result<(), Error> {
-        let pieces: Vec<Piece<S::Object>> =
-            self.heaps.iter_mut().flat_map(|heap| heap.pieces.drain(..)).collect();
-        for (place, piece) in pieces.into_iter().enumerate() {
-            self.heaps[place % HEAPS].pieces.push(piece);
+        let items: Vec<Item<S::Object>> =
+            self.heaps.iter_mut().flat_map(|heap| heap.walk.items.drain(..)).collect();
+        for (place, item) in items.into_iter().enumerate() {
+            self.heaps[place % HEAPS].walk.items.push(item);
         }
         let reach = self.reach;
         self.heaps.par_iter_mut().try_for_each(|heap| heap.dice(reach))
@@ -168,17 +164,16 @@ impl<'a, S: OnDemand> Rounds<'a, S> {
         for heap in &mut self.heaps {
             // In range: a round is small beside 2³² less the triangles that there are; else `Triangles::new` refuses.
             let base = positions.len() as u32;
-            positions.extend_from_slice(&heap.batch.positions);
-            indices.extend(heap.batch.indices.iter().map(|corners| corners.map(|v| base.wrapping_add(v))));
-            heap.batch.clear();
+            positions.extend_from_slice(&heap.triangles.positions);
+            indices
+                .extend(heap.triangles.indices.iter().map(|corners| corners.map(|v| base.wrapping_add(v))));
+            heap.triangles.clear();
         }
         indices.len() - before
     }
 
     fn bytes(&self) -> usize {
-        let of_heap = |heap: &Heap<'a, S>| {
-            heap.dicer.bytes() + heap.batch.bytes() + heap.pieces.capacity() * size_of::<Piece<S::Object>>()
-        };
+        let of_heap = |heap: &Heap<'a, S>| heap.walk.bytes() + heap.triangles.bytes();
         self.heaps.iter().map(of_heap).sum()
     }
 
@@ -189,31 +184,37 @@ impl<'a, S: OnDemand> Rounds<'a, S> {
 }
 
 impl<S: OnDemand> Heap<'_, S> {
-    /// Opens a piece; parts that are too far away are dropped.
-    fn open(&mut self, piece: &Piece<S::Object>, reach: &Reach, parts: &mut Vec<Piece<S::Object>>) {
-        let bounds = piece.bounds(self.dicer.surfaces, &self.dicer.detail);
-        if !reach.holds(&bounds) {
-            self.stats.surfaces_culled_by_frustum += 1;
-            return;
-        }
-        let ready = self.dicer.open(piece, &bounds, parts, &mut self.stats);
-        parts.extend(ready);
-    }
-
     /// Dices until there are enough micropolygons.
     fn dice(&mut self, reach: &Reach) -> Result<(), Error> {
-        let mut parts = Vec::new();
-        while self.batch.indices.len() < ROUND / HEAPS
-            && let Some(piece) = self.pieces.pop()
-        {
-            match piece.ready() {
-                Some(part) => self.batch.dice(&mut self.dicer, (&piece.object, part), &mut self.stats)?,
-                None => {
-                    self.open(&piece, reach, &mut parts);
-                    self.pieces.append(&mut parts);
-                }
-            }
-        }
-        Ok(())
+        let Self { walk, triangles, stats } = self;
+        walk.go(&mut ReachSearch { reach, triangles }, stats)
+    }
+}
+
+/// Looks for all that rays of the receivers may reach.
+struct ReachSearch<'t> {
+    reach: &'t Reach,
+    triangles: &'t mut GridTriangles,
+}
+
+impl<S: OnDemand> Search<S> for ReachSearch<'_> {
+    fn enter(&mut self, item: Item<S::Object>, stats: &mut Stats) -> Option<Item<S::Object>> {
+        let entered = self.reach.holds(&item.bounds).then_some(item);
+        stats.surfaces_culled_by_frustum += u64::from(entered.is_none());
+        entered
+    }
+
+    fn take(
+        &mut self,
+        dicer: &mut Dicer<'_, S>,
+        item: &Item<S::Object>,
+        part: SubPatch,
+        stats: &mut Stats,
+    ) -> Result<(), Error> {
+        self.triangles.dice(dicer, (&item.piece.object, part), stats)
+    }
+
+    fn is_full(&self) -> bool {
+        self.triangles.indices.len() >= ROUND / HEAPS
     }
 }

@@ -9,18 +9,21 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::geometry::triangles::Triangles;
 use crate::options::Options;
+use crate::query::call::{check_call, in_pool};
 use crate::query::frame::Frame;
-use crate::query::{check_call, in_pool};
 use crate::rays::hits::Hits;
 use crate::rays::hits::NO_TRIANGLE;
 use crate::rays::pencil::Pencil;
 use crate::reyes::dice::density::Density;
+use crate::reyes::dice::dicer::Dicer;
+use crate::reyes::dice::dicing::Dicing;
+use crate::reyes::dice::grid::GridOrigin;
+use crate::reyes::dice::patch::SubPatch;
 use crate::reyes::dice::rule::OnDemand;
-use crate::reyes::dice::{Dicer, Dicing, Piece};
 use crate::reyes::sample::hits::{SurfaceHits, SurfaceRow};
 use crate::reyes::sample::micropolygon::Micropolygon;
 use crate::reyes::sample::resolve::Seen;
-use crate::reyes::sample::winners::GridOrigin;
+use crate::reyes::walk::{Item, Search, Walk};
 use crate::simd::lanes::{LANES, Lanes, Points};
 use crate::stats::Stats;
 
@@ -49,8 +52,8 @@ impl DicedTriangles {
         &self.parameters
     }
 
-    /// The corners of each triangle. They come in the order of their surfaces' ids, then of their corners' coordinates: of
-    /// triangles at the same distance the first is the one that is seen.
+    /// The corners of each triangle. They come in the order of their surfaces' ids, then of their corners' coordinates:
+    /// of triangles at the same distance the first is the one that is seen.
     #[must_use]
     pub fn indices(&self) -> &[[u32; 3]] {
         &self.indices
@@ -118,12 +121,12 @@ impl DicedTriangles {
     }
 }
 
-/// Dices surfaces as a pencil's density asks, all of them: hidden ones, and those that no ray comes near. Memory grows with
-/// the number of micropolygons: about 70 bytes each.
+/// Dices surfaces as a pencil's density asks, all of them: hidden ones, and those that no ray comes near. Memory grows
+/// with the number of micropolygons: about 70 bytes each.
 ///
 /// # Errors
-/// When a film is scattered, the shading rate is out of range, a surface gives points that are not finite, or there are more
-/// than 2³² − 2 points or triangles.
+/// When a film is scattered, the shading rate is out of range, a surface gives points that are not finite, or there are
+/// more than 2³² − 2 points or triangles.
 pub fn dice_all<S: OnDemand>(
     surfaces: &S,
     pencil: &Pencil,
@@ -150,60 +153,45 @@ fn dice_pieces<S: OnDemand>(
     density: &Density,
     dicing: &Dicing,
 ) -> Result<DicedTriangles, Error> {
-    let mut dicer = Dicer::new(surfaces, density, dicing);
-    let mut pieces: Vec<Piece<S::Object>> = surfaces.roots().into_iter().map(Piece::of).collect();
-    // One level after the other, until there is enough to do side by side.
-    while pieces.len() < PIECES && pieces.iter().any(|piece| piece.ready().is_none()) {
-        for piece in std::mem::take(&mut pieces) {
-            open_one(&mut dicer, &piece, &mut pieces);
-        }
-    }
-    let mut all = DicedTriangles::default();
-    for some in pieces.chunks(PIECES) {
+    let mut walk = Walk::new(Dicer::new(surfaces, density, dicing));
+    let (mut all, mut stats) = (DicedTriangles::default(), Stats::default());
+    walk.begin(&mut all, &mut stats);
+    // Until there is enough to do side by side.
+    walk.spread(PIECES, &mut all, &mut stats);
+    for some in walk.items.chunks(PIECES) {
         let parts: Vec<DicedTriangles> = some
             .par_iter()
-            .map(|piece| dice_piece(surfaces, density, dicing, *piece))
+            .map(|item| {
+                let mut walk = Walk::new(Dicer::new(surfaces, density, dicing));
+                let mut part = DicedTriangles::default();
+                walk.begin_with([*item]);
+                walk.go(&mut part, &mut Stats::default())?;
+                Ok(part)
+            })
             .collect::<Result<_, _>>()?;
         parts.iter().try_for_each(|part| all.append(part))?;
     }
     Ok(all)
 }
 
-/// Opens a piece, unless it is ready.
-fn open_one<S: OnDemand>(
-    dicer: &mut Dicer<'_, S>,
-    piece: &Piece<S::Object>,
-    parts: &mut Vec<Piece<S::Object>>,
-) {
-    if piece.ready().is_some() {
-        parts.push(*piece);
-    } else {
-        let ready =
-            dicer.open(piece, &piece.bounds(dicer.surfaces, &dicer.detail), parts, &mut Stats::default());
-        parts.extend(ready);
+/// Everything is looked for, wherever it is.
+impl<S: OnDemand> Search<S> for DicedTriangles {
+    fn enter(&mut self, item: Item<S::Object>, _stats: &mut Stats) -> Option<Item<S::Object>> {
+        Some(item)
     }
-}
 
-/// Dices all of a piece.
-fn dice_piece<S: OnDemand>(
-    surfaces: &S,
-    density: &Density,
-    dicing: &Dicing,
-    piece: Piece<S::Object>,
-) -> Result<DicedTriangles, Error> {
-    let mut dicer = Dicer::new(surfaces, density, dicing);
-    let (mut diced, mut pieces) = (DicedTriangles::default(), vec![piece]);
-    while let Some(piece) = pieces.pop() {
-        match piece.ready() {
-            Some(part) => {
-                let bits = dicer.dice(&piece.object, &part)?;
-                dicer.check_points(&piece.object)?;
-                diced.push(&dicer, GridOrigin { surface: surfaces.id(&piece.object), part, bits })?;
-            }
-            None => open_one(&mut dicer, &piece, &mut pieces),
-        }
+    fn take(
+        &mut self,
+        dicer: &mut Dicer<'_, S>,
+        item: &Item<S::Object>,
+        part: SubPatch,
+        _stats: &mut Stats,
+    ) -> Result<(), Error> {
+        let object = &item.piece.object;
+        let bits = dicer.dice(object, &part)?;
+        dicer.check_points(object)?;
+        self.push(dicer, GridOrigin { surface: dicer.surfaces.id(object), part, bits })
     }
-    Ok(diced)
 }
 
 /// What the rays see of all triangles, made beforehand: the reference for the recursion.
@@ -223,7 +211,7 @@ pub(crate) fn see_all<S: OnDemand>(
     for first in (0..pencil.len()).step_by(LANES) {
         dispatch!(level, simd => see_eight(simd, (&diced, frame.hits()), pencil, first, &mut row));
     }
-    seen.pairs = frame.pairs;
+    seen.pairs = frame.into_pairs();
     Ok(stats)
 }
 
@@ -255,6 +243,6 @@ fn see_eight<S: Simd>(
         y: Lanes::load_array(simd, y),
         z: Lanes::load_array(simd, z),
     });
-    let sights = seen.along(simd, rays, hit, |lane| pencil.ray(first + lane));
-    row.put(first, hit, (&ids, &seen), &sights);
+    let resolved = seen.along(simd, rays, hit, |lane| pencil.ray(first + lane));
+    row.put(first, hit, (&ids, &seen), &resolved);
 }

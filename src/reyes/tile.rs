@@ -1,109 +1,124 @@
 //! A tile of Reyes: objects from near to far, until they are diced or hidden.
 
-use fearless_simd::dispatch;
+use std::mem::size_of;
+
+use fearless_simd::{Level, dispatch};
 
 use crate::error::Error;
 use crate::intersect::pencil::leaf::greatest_key;
-use crate::reyes::closest::{FilmQuery, Item, Workspace, enter};
+use crate::reyes::dice::dicer::Dicer;
+use crate::reyes::dice::grid::GridOrigin;
 use crate::reyes::dice::patch::SubPatch;
 use crate::reyes::dice::rule::OnDemand;
+use crate::reyes::sample::grid_tile::GridTile;
 use crate::reyes::sample::hits::SurfaceWindow;
-use crate::reyes::sample::kernel::GridTile;
-use crate::reyes::sample::winners::{GridOrigin, GridSamples};
-use crate::stats::Stats;
+use crate::reyes::sample::projected::PlacedGrid;
+use crate::reyes::sample::winners::{GridSamples, TileSamples};
+use crate::reyes::walk::{Item, Search, Walk};
+use crate::stats::{Stats, TileStats};
 
-/// Finds what the rays of a tile see of some objects, and writes it.
-pub(crate) fn see<S: OnDemand>(
-    query: &FilmQuery<'_, '_, S>,
-    tile: &GridTile<'_>,
-    work: &mut Workspace<'_, S>,
-    (objects, mut window): (Vec<Item<S::Object>>, SurfaceWindow<'_>),
-    mut stats: Stats,
-) -> Result<Stats, Error> {
-    let rect = tile.rect;
-    work.samples.clear(rect.width(), rect.height());
-    work.stack.clear();
-    work.stack.extend(objects);
-    sort_far_first(&mut work.stack);
-    while let Some(item) = work.stack.pop() {
-        let bounds = (item.bounds, greatest_key(tile.origin, item.t));
-        let samples = &mut work.samples;
-        let hidden = dispatch!(query.level, simd => {
-            samples.keys.refresh_blocks(simd);
-            tile.hides(simd, &samples.keys.blocks, bounds)
+/// What a thread works with.
+pub(crate) struct TileWork<'a, S: OnDemand> {
+    pub(crate) walk: Walk<'a, S>,
+    samples: TileSamples,
+    grid: PlacedGrid,
+    /// The most micropolygons of a grid.
+    pub(crate) largest_grid: u64,
+    /// What the tiles have cost that were worked on here.
+    pub(crate) tiles: Vec<TileStats>,
+}
+
+impl<'a, S: OnDemand> TileWork<'a, S> {
+    pub(crate) fn new(dicer: Dicer<'a, S>) -> Self {
+        let (samples, grid) = (TileSamples::new(), PlacedGrid::default());
+        Self { walk: Walk::new(dicer), samples, grid, largest_grid: 0, tiles: Vec::new() }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        self.walk.bytes()
+            + self.samples.bytes()
+            + self.grid.bytes()
+            + self.tiles.capacity() * size_of::<TileStats>()
+    }
+
+    /// Finds what the rays of a tile see of some objects, which have entered its frustum, and writes it.
+    pub(crate) fn see(
+        &mut self,
+        level: Level,
+        tile: &GridTile<'_>,
+        objects: Vec<Item<S::Object>>,
+        window: &mut SurfaceWindow<'_>,
+        stats: &mut Stats,
+    ) -> Result<(), Error> {
+        let Self { walk, samples, grid, largest_grid, .. } = self;
+        samples.clear(tile.rect.width(), tile.rect.height());
+        let mut search = TileSearch { level, tile, samples, grid, largest_grid };
+        walk.begin_with(objects);
+        walk.go(&mut search, stats)?;
+        dispatch!(level, simd => {
+            for (y, row) in (0..).zip(&mut window.rows) {
+                samples.write(simd, tile, y, row);
+            }
         });
-        if hidden {
-            stats.surfaces_culled_by_depth += 1;
-            continue;
-        }
-        let ready = item.piece.ready().or_else(|| open(query, tile, work, &item, &mut stats));
-        if let Some(part) = ready {
-            dice(query, tile, work, (&item, part), &mut stats)?;
-        }
+        Ok(())
     }
-    dispatch!(query.level, simd => {
-        for (y, row) in (0..).zip(&mut window.rows) {
-            work.samples.write(simd, tile, y, row);
-        }
-    });
-    Ok(stats)
 }
 
-/// Opens an object: its parts come next. A patch that is ready as it is has none: it is returned.
-fn open<S: OnDemand>(
-    query: &FilmQuery<'_, '_, S>,
-    tile: &GridTile<'_>,
-    work: &mut Workspace<'_, S>,
-    item: &Item<S::Object>,
-    stats: &mut Stats,
-) -> Option<SubPatch> {
-    let Workspace { dicer, opened, stack, .. } = work;
-    opened.clear();
-    if let Some(piece) = dicer.open(&item.piece, &item.bounds, opened, stats) {
-        return piece.ready();
-    }
-    let first = stack.len();
-    let parts = opened.iter().map(|piece| Item::new(*piece, query.surfaces, &dicer.detail));
-    stack.extend(parts.filter_map(|part| enter(&part, &tile.frustum, stats)));
-    sort_far_first(&mut stack[first..]);
-    None
+/// Looks for what the rays of a tile see.
+struct TileSearch<'t> {
+    level: Level,
+    tile: &'t GridTile<'t>,
+    samples: &'t mut TileSamples,
+    grid: &'t mut PlacedGrid,
+    largest_grid: &'t mut u64,
 }
 
-/// Dices a part of a patch, and tests the micropolygons.
-fn dice<S: OnDemand>(
-    query: &FilmQuery<'_, '_, S>,
-    tile: &GridTile<'_>,
-    work: &mut Workspace<'_, S>,
-    (item, part): (&Item<S::Object>, SubPatch),
-    stats: &mut Stats,
-) -> Result<(), Error> {
-    let object = &item.piece.object;
-    let bits = work.dicer.dice(object, &part)?;
-    let size = bits.map(|bits| 1_usize << bits);
-    let count = (size[0] * size[1]) as u64;
-    stats.surfaces_diced += 1;
-    stats.micropolygons += count;
-    work.largest_grid = work.largest_grid.max(count);
-    let grid = GridOrigin { surface: query.surfaces.id(object), part, bits };
-    let Workspace { dicer, samples, grid: placed, .. } = work;
-    let points = &dicer.points[..];
-    let mut samples = GridSamples { tile: samples, points, grid, place: None, stats };
-    let irregular = dispatch!(query.level, simd => {
-        let irregular = placed.place(simd, (points, size), &tile.pixels, &item.bounds);
-        if !irregular {
-            tile.sample(simd, placed, &mut samples);
+impl<S: OnDemand> Search<S> for TileSearch<'_> {
+    #[inline(always)]
+    fn enter(&mut self, item: Item<S::Object>, stats: &mut Stats) -> Option<Item<S::Object>> {
+        item.enter(&self.tile.frustum, stats)
+    }
+
+    fn hides(&mut self, item: &Item<S::Object>) -> bool {
+        let bounds = (item.bounds, greatest_key(self.tile.origin, item.t));
+        let keys = &mut self.samples.keys;
+        dispatch!(self.level, simd => {
+            keys.refresh_blocks(simd);
+            self.tile.hides(simd, &keys.blocks, bounds)
+        })
+    }
+
+    /// Dices a part of a patch, and tests the micropolygons.
+    fn take(
+        &mut self,
+        dicer: &mut Dicer<'_, S>,
+        item: &Item<S::Object>,
+        part: SubPatch,
+        stats: &mut Stats,
+    ) -> Result<(), Error> {
+        let (object, tile) = (&item.piece.object, self.tile);
+        let bits = dicer.dice(object, &part)?;
+        let size = bits.map(|bits| 1_usize << bits);
+        let count = (size[0] * size[1]) as u64;
+        stats.surfaces_diced += 1;
+        stats.micropolygons += count;
+        *self.largest_grid = count.max(*self.largest_grid);
+        let grid = GridOrigin { surface: dicer.surfaces.id(object), part, bits };
+        let points = &dicer.points[..];
+        let placed = &mut *self.grid;
+        let mut samples = GridSamples { tile: &mut *self.samples, points, grid, place: None, stats };
+        let irregular = dispatch!(self.level, simd => {
+            let irregular = placed.place(simd, (points, size), &tile.pixels, &item.bounds);
+            if !irregular {
+                tile.sample(simd, placed, &mut samples);
+            }
+            irregular
+        });
+        if irregular {
+            // Points that are not finite have no place either.
+            dicer.check_points(object)?;
+            dispatch!(self.level, simd => tile.sample(simd, placed, &mut samples));
         }
-        irregular
-    });
-    if irregular {
-        // Points that are not finite have no place either.
-        dicer.check_points(object)?;
-        dispatch!(query.level, simd => tile.sample(simd, placed, &mut samples));
+        Ok(())
     }
-    Ok(())
-}
-
-/// Sorts so that the nearest is the last.
-fn sort_far_first<O>(items: &mut [Item<O>]) {
-    items.sort_unstable_by(|one, other| other.t.total_cmp(&one.t));
 }

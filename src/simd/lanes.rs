@@ -1,17 +1,14 @@
-//! Eight triangles, or eight rays, side by side.
+//! Vectors of eight numbers, and eight points side by side.
 //!
-//! Only + − × ÷ and comparisons are used, so every instruction set gives the same bits. Products and sums are fused only where that
-//! decides what is looked at, and nothing else.
+//! Only + − × ÷ and comparisons are used, so every instruction set gives the same bits. Products and sums are fused
+//! only where that decides what is looked at, and nothing else.
 //!
-//! Closures over vectors, `map` among them, are compiled without the instruction set of their surroundings: they are called
-//! instead of inlined, and vectors pass through memory (15 % of all instructions in one case). Loops and plain calls of
-//! `#[inline(always)]` functions are fine.
+//! Closures over vectors, `map` among them, are compiled without the instruction set of their surroundings: they are
+//! called instead of inlined, and vectors pass through memory (15 % of all instructions in one case). Loops and plain
+//! calls of `#[inline(always)]` functions are fine.
 
 use fearless_simd::{f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::DVec3;
-
-use crate::geometry::aabb::Aabb;
-use crate::geometry::ray::Ray;
 
 /// Lanes of a vector.
 pub(crate) const LANES: usize = 8;
@@ -122,87 +119,11 @@ impl<S: Simd> Points<S> {
     }
 }
 
-/// Eight rays, coordinate by coordinate.
-pub(crate) struct EightRays<S: Simd> {
-    pub(crate) origin: Points<S>,
-    pub(crate) direction: Points<S>,
-    pub(crate) t_min: Lanes<S>,
-    pub(crate) t_max: Lanes<S>,
-}
-
-impl<S: Simd> EightRays<S> {
-    #[inline(always)]
-    pub(crate) fn new(simd: S, rays: &[&Ray; LANES]) -> Self {
-        let mut rows = [Lanes::simd_from(simd, 0.0); LANES];
-        for (row, Ray { origin: o, direction: d, t_min, t_max }) in rows.iter_mut().zip(rays) {
-            *row = Lanes::load_array(simd, [o.x, o.y, o.z, d.x, d.y, d.z, *t_min, *t_max]);
-        }
-        // Three perfect shuffles transpose.
-        for _ in 0..3 {
-            let [a, b, c, d, e, f, g, h] = rows;
-            rows = [
-                a.zip_low(e),
-                a.zip_high(e),
-                b.zip_low(f),
-                b.zip_high(f),
-                c.zip_low(g),
-                c.zip_high(g),
-                d.zip_low(h),
-                d.zip_high(h),
-            ];
-        }
-        let [ox, oy, oz, dx, dy, dz, t_min, t_max] = rows;
-        Self {
-            origin: Points { x: ox, y: oy, z: oz },
-            direction: Points { x: dx, y: dy, z: dz },
-            t_min,
-            t_max,
-        }
-    }
-}
-
 /// Eight f32 as f64, exactly.
 #[inline(always)]
 pub(crate) fn widen<S: Simd>(x: Narrow<S>) -> Lanes<S> {
     let (low, high) = x.widen();
     low.combine(high)
-}
-
-/// Eight boxes, coordinate by coordinate. Places that hold none hold the empty box.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Boxes {
-    pub(crate) lo: [[f32; LANES]; 3],
-    pub(crate) hi: [[f32; LANES]; 3],
-}
-
-impl Boxes {
-    /// No boxes.
-    pub(crate) const EMPTY: Self =
-        Self { lo: [[f32::INFINITY; LANES]; 3], hi: [[f32::NEG_INFINITY; LANES]; 3] };
-
-    /// Puts a box into a lane.
-    pub(crate) fn set(&mut self, lane: usize, bounds: &Aabb) {
-        for k in 0..3 {
-            (self.lo[k][lane], self.hi[k][lane]) = (bounds.lo[k], bounds.hi[k]);
-        }
-    }
-
-    /// The box of a lane.
-    pub(crate) fn get(&self, lane: usize) -> Aabb {
-        Aabb { lo: [0, 1, 2].map(|k| self.lo[k][lane]), hi: [0, 1, 2].map(|k| self.hi[k][lane]) }
-    }
-
-    /// The centre of the box of a lane.
-    pub(crate) fn centre(&self, lane: usize) -> [f32; 3] {
-        [0, 1, 2].map(|k| (self.lo[k][lane] + self.hi[k][lane]) * 0.5)
-    }
-
-    /// lo and hi of all lanes, from a base. Empty lanes are infinite.
-    #[inline(always)]
-    pub(crate) fn corners<S: Simd>(&self, simd: S, base: DVec3) -> [Points<S>; 2] {
-        let base = Points::splat(simd, base);
-        [Points::widen(simd, &self.lo).minus(base), Points::widen(simd, &self.hi).minus(base)]
-    }
 }
 
 /// The positions of the bits that are set, from the lowest.
@@ -214,4 +135,10 @@ pub(crate) fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
             lane
         })
     })
+}
+
+/// The least lane; none is NaN.
+#[inline(always)]
+pub(crate) fn least_of<S: Simd>(lanes: Narrow<S>) -> f32 {
+    lanes.to_array().into_iter().fold(f32::INFINITY, |least, x| if x < least { x } else { least })
 }

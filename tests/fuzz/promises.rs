@@ -1,6 +1,7 @@
 //! What a scene promises, whichever file it was read from.
 
-use umbel::{NO_INDEX, Scene, info};
+use umbel::Scene;
+use umbel::scene::{NO_INDEX, info};
 
 /// What the fields of a scene promise.
 pub(crate) fn check(scene: &Scene) {

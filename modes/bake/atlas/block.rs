@@ -13,7 +13,7 @@ use std::ops::Range;
 
 use umbel_core::TriangleId;
 
-use crate::bake::atlas::Atlas;
+use crate::bake::atlas::layout::Layout;
 use crate::bake::atlas::texel_coverage::{Footprint, Point};
 
 /// What a triangle that touches a texel holds of it.
@@ -44,10 +44,10 @@ struct Touch {
     fills: bool,
 }
 
-/// Some rows of an atlas.
+/// Some rows of an layout.
 #[derive(Debug)]
 pub(crate) struct Block<'a> {
-    atlas: &'a Atlas<'a>,
+    layout: &'a Layout<'a>,
     rows: Range<u32>,
     /// In the order of (chart, triangle).
     triangles: Vec<Listed>,
@@ -55,17 +55,17 @@ pub(crate) struct Block<'a> {
 
 impl<'a> Block<'a> {
     /// A block of `rows`, none of which other triangles than those of `ids` touch.
-    pub(crate) fn new(atlas: &'a Atlas<'a>, rows: Range<u32>, ids: &[u32]) -> Self {
+    pub(crate) fn new(layout: &'a Layout<'a>, rows: Range<u32>, ids: &[u32]) -> Self {
         let listed = |&id: &u32| {
             let triangle = TriangleId(id);
-            let footprint = atlas.footprint(triangle)?;
-            let [columns, lines] = footprint.bounds(atlas.size());
-            let share = Share { chart: atlas.chart(triangle)?, triangle, held: 0, footprint };
+            let footprint = layout.footprint(triangle)?;
+            let [columns, lines] = footprint.bounds(layout.size());
+            let share = Share { chart: layout.chart(triangle)?, triangle, held: 0, footprint };
             Some(Listed { share, columns, lines })
         };
         let mut triangles: Vec<Listed> = ids.iter().filter_map(listed).collect();
         triangles.sort_unstable_by_key(|listed| (listed.share.chart, listed.share.triangle));
-        Self { atlas, rows, triangles }
+        Self { layout, rows, triangles }
     }
 
     /// Calls a function with the place (column, row) of each texel that is touched and with the shares of the triangles that
@@ -74,8 +74,8 @@ impl<'a> Block<'a> {
     pub(crate) fn for_each_texel(&mut self, most_fills: u32, mut texel: impl FnMut((u32, u32), &[Share])) {
         let mut shares = Vec::new();
         for row in self.rows.clone() {
-            let line = self.atlas.line(row);
-            let touches = by_column(&self.touches(line, most_fills), self.atlas.size());
+            let line = self.layout.line(row);
+            let touches = by_column(&self.touches(line, most_fills), self.layout.size());
             for of_texel in touches.chunk_by(|one, other| one.column == other.column) {
                 let column = of_texel[0].column;
                 let share = |touch: &Touch| {
@@ -92,7 +92,7 @@ impl<'a> Block<'a> {
     /// The triangles that touch the texels of a line, in the order of (chart, triangle), without what is closed to them.
     fn touches(&self, line: u32, most_fills: u32) -> Vec<Touch> {
         let mut touches: Vec<Touch> = Vec::new();
-        let mut open = OpenColumns::new(self.atlas.size(), most_fills);
+        let mut open = OpenColumns::new(self.layout.size(), most_fills);
         let (mut chart, mut first_of_chart) = (0, 0);
         for (index, listed) in (0_u32..).zip(&self.triangles) {
             if listed.share.chart != chart {
@@ -119,7 +119,7 @@ impl<'a> Block<'a> {
 
     /// The sub-positions of its texel that a triangle holds.
     fn held(&self, footprint: &Footprint, touch: &Touch, line: u32) -> u64 {
-        let samples = self.atlas.sub_positions();
+        let samples = self.layout.samples();
         if touch.fills {
             return u64::MAX >> (u64::BITS as usize - samples.len());
         }

@@ -1,7 +1,7 @@
 //! A texture atlas as a set of receivers: which points of the surface stand for which texels of a baked image.
 //!
 //! *Coverage* is conservative: a texel is covered iff its closed square touches the footprint of a triangle in the texture,
-//! decided exactly ([`crate::bake::atlas::texel_coverage`]). Filtered look-ups anywhere on the surface therefore read baked texels, up to the
+//! decided exactly (`texel_coverage.rs`). Filtered look-ups anywhere on the surface therefore read baked texels, up to the
 //! half texel by which bilinear filters look beyond a chart: that is the margin's ([`crate::bake::atlas::image::TexelImage::extend`]).
 //!
 //! *Samples.* A texel has S sub-positions, a Hammersley set; one alone is the centre. Each triangle of the texel's chart that
@@ -9,7 +9,7 @@
 //! 1/S of the texel's area, so that the mean is weighted by coverage. A texel whose chart holds none of them has one receiver:
 //! the chart's point nearest to its centre in the texture.
 //!
-//! *Ownership.* Charts ([`crate::bake::atlas::charts`]) are never mixed. Where several touch a texel, the one that holds most sub-positions
+//! *Ownership.* Charts (`charts.rs`) are never mixed. Where several touch a texel, the one that holds most sub-positions
 //! owns it, then the smaller chart id. Where none holds any, the one nearest to the centre does, and charts without area in
 //! the texture come last: a triangle shrunk to a point or a segment is looked up there, so its texels are covered, but it
 //! never takes a texel from a surface with area.
@@ -27,9 +27,10 @@
 
 pub(crate) mod block;
 pub(crate) mod charts;
-pub(crate) mod image;
+pub mod image;
+pub mod layout;
 pub(crate) mod texel_coverage;
-pub(crate) mod uv_check;
+pub mod uv_check;
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -38,40 +39,13 @@ use rayon::prelude::*;
 use umbel_core::{TriangleId, Triangles};
 
 use crate::bake::atlas::block::{Block, Share};
-use crate::bake::atlas::charts::Charts;
+use crate::bake::atlas::layout::{AtlasOptions, Layout};
 use crate::bake::atlas::texel_coverage::{Footprint, Point};
 use crate::error::Error;
-use crate::scene::NO_INDEX;
 use crate::scene::Scene;
-use crate::scene::hammersley::hammersley;
 
 /// Rows of texels that are made together.
 const BLOCK_ROWS: u32 = 16;
-
-/// The largest atlas: its texels have 32-bit indices.
-const LARGEST_SIZE: u32 = 65_535;
-
-/// As many sub-positions as a mask has bits.
-const MOST_SAMPLES: u32 = 64;
-
-/// Sub-positions are multiples of 1 / this, so that their places in the atlas are exact.
-const SUB_POSITIONS: f64 = 65_536.0;
-
-/// The size of an atlas and how finely its texels are sampled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AtlasOptions {
-    /// Texels along each side, 1 to 65,535.
-    pub size: u32,
-    /// Sub-positions per texel, 1 to 64. One is the centre.
-    pub samples: u32,
-}
-
-impl Default for AtlasOptions {
-    /// 1024 texels along each side, sampled at their centres.
-    fn default() -> Self {
-        Self { size: 1024, samples: 1 }
-    }
-}
 
 /// A point of the surface that stands for a texel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,15 +79,11 @@ impl TexelReceiver {
 /// The receivers of a baked image, made band by band: an atlas holds triangles, not texels.
 #[derive(Debug)]
 pub struct Atlas<'a> {
-    pub(crate) scene: &'a Scene,
-    pub(crate) charts: Charts,
-    options: AtlasOptions,
+    pub(crate) layout: Layout<'a>,
     /// For each block of rows, where its triangles start in `listed`; then the end.
     starts: Vec<usize>,
     /// The triangles that are baked and whose bounds touch a block, in ascending order; block by block.
     listed: Vec<u32>,
-    /// The sub-positions of texel (0, 0), in units of texels; y rises with v.
-    samples: Vec<Point>,
 }
 
 impl<'a> Atlas<'a> {
@@ -124,23 +94,12 @@ impl<'a> Atlas<'a> {
     /// [`Error::Usage`] for options out of range. [`Error::Input`] where nothing can be baked: no triangles, none with texture
     /// coordinates, all of them outside of \[0, 1\]², or all without area. [`Error::Engine`] as [`Scene::geometry`].
     pub fn new(scene: &'a Scene, options: &AtlasOptions) -> Result<Self, Error> {
-        check(options)?;
+        let layout = Layout::new(scene, options)?;
         let geometry = scene.geometry()?;
-        let charts = Charts::new(scene);
-        let &AtlasOptions { size, samples } = options;
-        // A sub-position's second coordinate counts down the image.
-        let flip = |y: f64| if scene.uv_v_down { y } else { 1.0 - y };
-        let sample = |k| {
-            let [x, y] =
-                hammersley(k, samples).map(|x| (x * SUB_POSITIONS).round_ties_even() / SUB_POSITIONS);
-            Point { x, y: flip(y) }
-        };
-        let samples = (0..samples).map(sample).collect();
-        let mut atlas =
-            Self { scene, charts, options: *options, starts: Vec::new(), listed: Vec::new(), samples };
+        let mut atlas = Self { layout, starts: Vec::new(), listed: Vec::new() };
         atlas.list(&geometry);
         if atlas.listed.is_empty() {
-            return Err(nothing_to_bake(&atlas, size));
+            return Err(nothing_to_bake(&atlas.layout));
         }
         Ok(atlas)
     }
@@ -148,20 +107,20 @@ impl<'a> Atlas<'a> {
     /// Texels along each side.
     #[must_use]
     pub fn size(&self) -> u32 {
-        self.options.size
+        self.layout.size()
     }
 
     /// Sub-positions per texel.
     #[must_use]
     pub fn samples(&self) -> u32 {
-        self.options.samples
+        self.layout.samples().len() as u32
     }
 
     /// The number of charts, those outside of the image included.
     #[must_use]
     pub fn charts(&self) -> u32 {
         // In range: each has a triangle.
-        self.charts.turns.len() as u32
+        self.layout.charts.turns.len() as u32
     }
 
     /// The chart of a triangle; `None` for one without texture coordinates. Ids rise with the first triangles of the charts.
@@ -170,8 +129,7 @@ impl<'a> Atlas<'a> {
     /// When there is no such triangle.
     #[must_use]
     pub fn chart(&self, triangle: TriangleId) -> Option<u32> {
-        let chart = self.charts.of_triangle[triangle.0 as usize];
-        (chart != NO_INDEX).then_some(chart)
+        self.layout.chart(triangle)
     }
 
     /// The receivers of some rows of the image: by texel, then by triangle, then by sub-position. Rows beyond the last are none.
@@ -194,30 +152,15 @@ impl<'a> Atlas<'a> {
 
     /// The blocks of some rows, cut to them.
     pub(crate) fn blocks(&self, rows: Range<u32>) -> impl IndexedParallelIterator<Item = Block<'_>> {
-        let rows = rows.start..rows.end.min(self.options.size).max(rows.start);
+        let rows = rows.start..rows.end.min(self.layout.size()).max(rows.start);
         let blocks = rows.start / BLOCK_ROWS..rows.end.div_ceil(BLOCK_ROWS);
         let blocks = if rows.is_empty() { 0..0 } else { blocks };
         blocks.into_par_iter().map(move |block| {
             let first = block * BLOCK_ROWS;
             let within = rows.start.max(first)..rows.end.min(first + BLOCK_ROWS);
             let listed = self.starts[block as usize]..self.starts[block as usize + 1];
-            Block::new(self, within, &self.listed[listed])
+            Block::new(&self.layout, within, &self.listed[listed])
         })
-    }
-
-    /// The footprint of a triangle; `None` without texture coordinates.
-    pub(crate) fn footprint(&self, triangle: TriangleId) -> Option<Footprint> {
-        self.scene.uv_corners(triangle).map(|uv| Footprint::new(uv, self.options.size))
-    }
-
-    /// The sub-positions of the texel (0, 0).
-    pub(crate) fn sub_positions(&self) -> &[Point] {
-        &self.samples
-    }
-
-    /// The line, which counts with v, of a row of the image; and the other way round.
-    pub(crate) fn line(&self, row: u32) -> u32 {
-        if self.scene.uv_v_down { row } else { self.options.size - 1 - row }
     }
 
     /// Lists the triangles of each block: a counting sort.
@@ -226,7 +169,7 @@ impl<'a> Atlas<'a> {
         let ids = 0..geometry.len() as u32;
         let of_triangle = |id: u32| self.triangle_blocks(geometry, TriangleId(id));
         let blocks: Vec<Range<u32>> = ids.into_par_iter().map(of_triangle).collect();
-        let mut starts = vec![0_usize; self.options.size.div_ceil(BLOCK_ROWS) as usize + 1];
+        let mut starts = vec![0_usize; self.layout.size().div_ceil(BLOCK_ROWS) as usize + 1];
         blocks.iter().flat_map(Clone::clone).for_each(|block| starts[block as usize + 1] += 1);
         for block in 1..starts.len() {
             starts[block] += starts[block - 1];
@@ -244,19 +187,19 @@ impl<'a> Atlas<'a> {
 
     /// The blocks whose rows a triangle's bounds touch; none for what is not baked.
     fn triangle_blocks(&self, geometry: &Triangles<'_>, triangle: TriangleId) -> Range<u32> {
-        let Some(footprint) = self.footprint(triangle) else { return 0..0 };
-        let [columns, lines] = footprint.bounds(self.options.size);
+        let Some(footprint) = self.layout.footprint(triangle) else { return 0..0 };
+        let [columns, lines] = footprint.bounds(self.layout.size());
         if columns.is_empty() || lines.is_empty() || geometry.is_degenerate(triangle) {
             return 0..0;
         }
-        let (one, other) = (self.line(lines.start), self.line(lines.end - 1));
+        let (one, other) = (self.layout.line(lines.start), self.layout.line(lines.end - 1));
         one.min(other) / BLOCK_ROWS..one.max(other) / BLOCK_ROWS + 1
     }
 
     /// Adds the receivers of a texel, given as (column, row), that `shares` touch.
     fn receive(&self, (column, row): (u32, u32), shares: &[Share], receivers: &mut Vec<TexelReceiver>) {
-        let texel = row * self.options.size + column;
-        let corner = Point { x: f64::from(column), y: f64::from(self.line(row)) };
+        let texel = row * self.layout.size() + column;
+        let corner = Point { x: f64::from(column), y: f64::from(self.layout.line(row)) };
         let owners = most_covering(shares);
         if owners.is_empty() {
             let centre = Point { x: corner.x + 0.5, y: corner.y + 0.5 };
@@ -271,7 +214,7 @@ impl<'a> Atlas<'a> {
             );
         }
         for share in owners {
-            let held = (0_u32..).zip(&self.samples).filter(|&(k, _)| share.held >> k & 1 == 1);
+            let held = (0_u32..).zip(self.layout.samples()).filter(|&(k, _)| share.held >> k & 1 == 1);
             receivers.extend(held.map(|(_, sample)| {
                 let point = Point { x: corner.x + sample.x, y: corner.y + sample.y };
                 TexelReceiver::new(texel, share.triangle, share.footprint.weights(point))
@@ -292,26 +235,13 @@ fn most_covering(shares: &[Share]) -> &[Share] {
     owners
 }
 
-/// Refuses options out of range.
-fn check(options: &AtlasOptions) -> Result<(), Error> {
-    let &AtlasOptions { size, samples } = options;
-    if !(1..=LARGEST_SIZE).contains(&size) {
-        return Err(Error::Usage(format!(
-            "an atlas has 1 to {LARGEST_SIZE} texels along each side, not {size}"
-        )));
-    }
-    if !(1..=MOST_SAMPLES).contains(&samples) {
-        return Err(Error::Usage(format!("a texel has 1 to {MOST_SAMPLES} samples, not {samples}")));
-    }
-    Ok(())
-}
-
 /// Why an atlas is empty, and what to do about it.
-fn nothing_to_bake(atlas: &Atlas<'_>, size: u32) -> Error {
+fn nothing_to_bake(layout: &Layout<'_>) -> Error {
     let footprints =
-        || (0..atlas.scene.triangles.len()).filter_map(|id| atlas.footprint(TriangleId(id as u32)));
-    let is_inside = |footprint: Footprint| footprint.bounds(size).iter().all(|range| !range.is_empty());
-    let (problem, remedy) = if atlas.scene.triangles.is_empty() {
+        || (0..layout.scene.triangles.len()).filter_map(|id| layout.footprint(TriangleId(id as u32)));
+    let is_inside =
+        |footprint: Footprint| footprint.bounds(layout.size()).iter().all(|range| !range.is_empty());
+    let (problem, remedy) = if layout.scene.triangles.is_empty() {
         ("there are no triangles", "Give a scene that has some.")
     } else if footprints().next().is_none() {
         ("no triangle has texture coordinates", "Unwrap the mesh first, or bake per vertex.")
@@ -320,6 +250,6 @@ fn nothing_to_bake(atlas: &Atlas<'_>, size: u32) -> Error {
     } else {
         ("all texture coordinates lie outside of 0 to 1", "Move the charts into the unit square.")
     };
-    let path = PathBuf::from(&atlas.scene.name);
+    let path = PathBuf::from(&layout.scene.name);
     Error::Input { path, line: None, problem: problem.to_owned(), remedy: remedy.to_owned() }
 }

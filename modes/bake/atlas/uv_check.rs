@@ -1,7 +1,7 @@
 //! What is wrong with the texture coordinates of a scene, as far as baking is concerned.
 //!
 //! *Overlap* is found at the sub-positions of the texels: one that two triangles hold lies in the interior of both
-//! ([`crate::bake::atlas::texel_coverage`]), so nothing is reported that does not overlap; what overlaps between sub-positions only is not seen.
+//! (`texel_coverage.rs`), so nothing is reported that does not overlap; what overlaps between sub-positions only is not seen.
 //! *Mirrored* is a triangle whose corners turn right in the texture: −u against u. Alone that is harmless.
 //!
 //! A chart lies in another *tile* if all of it lies in one unit square other than \[0, 1\]²: tiles (UDIM), or halves moved out on
@@ -56,12 +56,12 @@ pub struct UvCheck {
 /// Looks through an atlas. O(texels · samples + triangles) time, in parallel.
 #[must_use]
 pub fn check_uvs(atlas: &Atlas<'_>) -> UvCheck {
-    let scene = atlas.scene;
+    let scene = atlas.layout.scene;
     let [covered, overlapping, mirrored_overlap] = atlas
         .blocks(0..atlas.size())
         .map(texel_counts)
         .reduce(|| [0; 3], |one, other| [0, 1, 2].map(|k| one[k] + other[k]));
-    let turns = &atlas.charts.turns;
+    let turns = &atlas.layout.charts.turns;
     let charts_that_turn = |turn: i8| turns.iter().filter(|&&of_chart| of_chart == turn).count() as u32;
     let mut check = UvCheck {
         texels: u64::from(atlas.size()) * u64::from(atlas.size()),
@@ -109,9 +109,9 @@ fn texel_counts(mut block: Block<'_>) -> [u64; 3] {
 /// How many charts lie wholly in each tile other than (0, 0).
 fn other_tiles(atlas: &Atlas<'_>) -> Vec<([i64; 2], u32)> {
     let mut bounds = vec![[[f32::INFINITY; 2], [f32::NEG_INFINITY; 2]]; atlas.charts() as usize];
-    for (id, _) in (0_u32..).zip(&atlas.scene.triangles) {
+    for (id, _) in (0_u32..).zip(&atlas.layout.scene.triangles) {
         let id = TriangleId(id);
-        if let (Some(corners), Some(chart)) = (atlas.scene.uv_corners(id), atlas.chart(id)) {
+        if let (Some(corners), Some(chart)) = (atlas.layout.scene.uv_corners(id), atlas.chart(id)) {
             let [lo, hi] = &mut bounds[chart as usize];
             for (corner, k) in corners.iter().flat_map(|corner| [(corner, 0), (corner, 1)]) {
                 (lo[k], hi[k]) = (lo[k].min(corner[k]), hi[k].max(corner[k]));

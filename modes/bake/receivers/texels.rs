@@ -8,8 +8,8 @@
 use rayon::prelude::*;
 use umbel_core::{Above, Hemisphere, Receiver, Side, Triangles};
 
-use crate::bake::BakeReceivers;
 use crate::bake::atlas::{Atlas, TexelReceiver};
+use crate::bake::receivers::BakeReceivers;
 
 impl Atlas<'_> {
     /// Where rays leave the receivers of a band: their numbers are those of the texels. For [`crate::bake::options::BakeOptions::columns`] a row
@@ -20,7 +20,7 @@ impl Atlas<'_> {
     pub fn bake_receivers(&self, geometry: &Triangles<'_>, band: &[TexelReceiver]) -> BakeReceivers {
         let leave = |texel: &TexelReceiver| {
             let weights = texel.barycentrics();
-            let normal = self.scene.shading_normal(geometry, texel.triangle, weights);
+            let normal = self.layout.scene.shading_normal(geometry, texel.triangle, weights);
             let side = geometry.side_toward(texel.triangle, normal).unwrap_or(Side::Front);
             let point = geometry.leave(texel.triangle, weights, side);
             let receiver = Receiver { point, triangle: texel.triangle };

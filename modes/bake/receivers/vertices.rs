@@ -16,7 +16,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use umbel_core::{Above, Hemisphere, NO_TRIANGLE, Receiver, Side, TriangleId, Triangles};
 
-use crate::bake::BakeReceivers;
+use crate::bake::receivers::BakeReceivers;
 use crate::error::Error;
 use crate::scene::Scene;
 

@@ -4,14 +4,17 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use umbel::{AtlasOptions, BakeOptions, Error, GrayBits, Scene, names_surfaces};
+use umbel::bake::{AtlasOptions, BakeOptions};
+use umbel::files::GrayBits;
+use umbel::formats::names_surfaces;
+use umbel::{Error, Scene};
 
 use crate::bake::gltf;
 use crate::bake::sampling_args::SamplingArgs;
 use crate::options::camera::refuse_first;
 use crate::options::dial::DialArgs;
+use crate::options::parse::extension;
 use crate::options::parse::parse_vector;
-use crate::picture::extension;
 use crate::reyes::args::MadeArgs;
 
 /// Texels of the margin where none are asked for: four for a texture that is halved twice.
@@ -19,7 +22,7 @@ pub(crate) const MARGIN: u32 = 16;
 
 #[derive(Debug, Args)]
 pub(crate) struct BakeArgs {
-    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 
@@ -238,11 +241,7 @@ impl BakeArgs {
                 return Err(Error::Usage(format!("{shown}: {option} takes one of .{formats} for {what}")));
             }
         }
-        let files: Vec<_> = self.outputs().collect();
-        let twice = (1..files.len()).find(|&k| files[..k].contains(&files[k]));
-        twice.map_or(Ok(()), |k| {
-            Err(Error::Usage(format!("{}: two outputs have this name", files[k].display())))
-        })
+        Ok(())
     }
 
     /// Whether depth maps could take the place of rays, whatever the number of rays.
@@ -284,6 +283,12 @@ impl BakeArgs {
     /// The levels of a PNG.
     pub(crate) fn bits(&self) -> GrayBits {
         if self.bits.as_deref() == Some("16") { GrayBits::Sixteen } else { GrayBits::Eight }
+    }
+
+    /// The files that are read beside scenes.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &PathBuf> {
+        let of_points = [&self.receivers.points, &self.receivers.point_ids].into_iter().flatten();
+        of_points.chain(self.occluders.made.inputs())
     }
 
     /// The files that are asked for.

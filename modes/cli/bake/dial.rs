@@ -8,21 +8,24 @@
 //!
 //! *A time.* All receivers are baked with so few rays that it takes a small part of the time. From two such runs the time
 //! of one ray follows, and so the number of rays for what is left. A few percent of the time go into errors of fewer rays;
-//! that of the chosen number is read from their power law.
+//! that of the chosen number is read from their power law. Where no more rays fit than the last of those runs had, its
+//! values are the answer: a time, however short, always gets one.
 //!
 //! Based on: Robert Marques et al., "Spherical Fibonacci Point Sets for Illumination Integrals", 2013 (how errors fall).
 
 use std::time::Instant;
 
-use umbel::{Bake, BakeOptions, Error, ErrorEstimate, Frame, PowerLaw, SampleSet, Triangles};
+use umbel::bake::{Bake, BakeOptions, SampleSet};
+use umbel::measure::{ErrorEstimate, PowerLaw};
+use umbel::{Error, Frame, Triangles};
 
-use crate::args::Common;
-use crate::bake;
+use crate::bake::run;
 use crate::bake::sample::{Sample, item_values};
-use crate::bake::source::Source;
+use crate::bake::source::{Results, Source};
+use crate::common::Common;
+use crate::options::dial::REFERENCE_SEED;
 use crate::options::dial::{Choice, Clock, Goal, Tried, cheapest, ladder};
 use crate::report::Times;
-use crate::trade::subject::REFERENCE_SEED;
 
 /// Receivers of a sample: the root of a mean square is known to a few percent.
 const SAMPLE: usize = 1024;
@@ -34,10 +37,18 @@ const LEAST_REFERENCE: u32 = 512;
 const MOST_RAYS: u32 = 65_536 / REFERENCE;
 /// Rays from which the power law is found.
 const FIRST_RAYS: [u32; 4] = [8, 16, 32, 64];
+/// The fewest rays that are chosen for a time.
+const LEAST_RAYS: u32 = 4;
 /// Part of the time that is left as a reserve.
 const RESERVED: f64 = 0.03;
 /// Part of the time in which errors are estimated.
 const ESTIMATING: f64 = 0.08;
+
+/// What has been baked while a number of rays was looked for, with that number.
+pub(crate) struct Done {
+    pub(crate) found: Results,
+    pub(crate) times: Times,
+}
 
 /// What is baked, and how, but for the number of rays.
 pub(crate) struct Dial<'a> {
@@ -52,9 +63,16 @@ pub(crate) struct Dial<'a> {
 }
 
 impl Dial<'_> {
-    /// Chooses the number of rays.
-    pub(crate) fn choose(&self, goal: Goal) -> Result<Choice, Error> {
-        goal.choose(|limit| self.for_error(limit), |seconds| self.for_time(seconds))
+    /// Chooses the number of rays. Where they have been baked on the way, what was found comes with them.
+    pub(crate) fn choose(&self, goal: Goal) -> Result<(Choice, Option<Done>), Error> {
+        let mut done = None;
+        let for_time = |seconds: f64| {
+            let (choice, found) = self.for_time(seconds)?;
+            done = found;
+            Ok(choice)
+        };
+        let choice = goal.choose(|limit| self.for_error(limit), for_time)?;
+        Ok((choice, done))
     }
 
     /// The values of the items of a sample, with some rays.
@@ -93,7 +111,7 @@ impl Dial<'_> {
             tried.push(Tried { setting: rays, error: estimate(rays)? });
         }
         let law =
-            PowerLaw::fit(&tried.iter().map(|t| (f64::from(t.setting), t.error.rmse)).collect::<Vec<_>>());
+            PowerLaw::fit(&tried.iter().map(|t| (f64::from(t.setting), t.error.error)).collect::<Vec<_>>());
         let guess = law.map_or(0.0, |law| law.count(limit) / 1.25);
         let rungs = ladder(4, MOST_RAYS, 6);
         let Some(found) = cheapest(&rungs, guess, limit, &mut Vec::new(), |rays| {
@@ -102,7 +120,7 @@ impl Dial<'_> {
             Ok(error)
         })?
         else {
-            let least = tried.last().map_or(0.0, |tried| tried.error.rmse);
+            let least = tried.last().map_or(0.0, |tried| tried.error.error);
             return Err(Error::Limit(format!(
                 "--max-error {limit}: even {MOST_RAYS} rays have an error of about {least:.2e} here; give a larger one, \
                  or --rays"
@@ -116,7 +134,7 @@ impl Dial<'_> {
     }
 
     /// The most rays for a time.
-    fn for_time(&self, seconds: f64) -> Result<Choice, Error> {
+    fn for_time(&self, seconds: f64) -> Result<(Choice, Option<Done>), Error> {
         if self.common.repeat > 1 {
             return Err(Error::Usage("--time-budget is for one run: leave out --repeat".into()));
         }
@@ -124,22 +142,31 @@ impl Dial<'_> {
         let left = || until - self.start.elapsed().as_secs_f64() * 1000.0;
         let per_ray = if self.options.set == SampleSet::Independent { 1 } else { 2 };
         let most = 65_536 * per_ray;
-        let (mut clock, mut directions) = (Clock::default(), 4 * per_ray);
+        if left() <= 0.0 {
+            return Ok((self.hurried(seconds, LEAST_RAYS), None));
+        }
+        let (mut clock, mut directions) = (Clock::default(), LEAST_RAYS * per_ray);
         loop {
             let rays = directions / per_ray;
             let (bake, run) = (Bake::new(BakeOptions { rays, ..self.options })?, Instant::now());
-            let frames = (self.piece, self.options.bent);
-            bake::run(&bake, (self.source, self.triangles), frames, self.common, &mut Times::default())?;
+            let (frames, mut times) = ((self.piece, self.options.bent), Times::default());
+            let found = run::run(&bake, (self.source, self.triangles), frames, self.common, &mut times)?;
             clock.push(f64::from(bake.directions() as u32), run);
             let fitting = clock.work_in(left());
             // One more run that takes an eighth of the time, for as long as the last one was shorter.
             let next = (fitting / 8.0).min(f64::from(most)) as u32;
-            if f64::from(next) < 2.0 * clock.last() {
-                let rays = |fitting: f64| fitting.min(f64::from(most)) as u32 / per_ray;
-                let (tried, law) = self.measured(rays(fitting).min(MOST_RAYS), ESTIMATING * seconds)?;
-                return self.fitting(seconds, rays(clock.work_in(left())), tried, law);
+            if f64::from(next) >= 2.0 * clock.last() {
+                directions = next;
+                continue;
             }
-            directions = next;
+            let fitting = |clock: &Clock| clock.work_in(left()).min(f64::from(most)) as u32 / per_ray;
+            if fitting(&clock) <= rays {
+                return Ok((self.hurried(seconds, rays), Some(Done { found, times })));
+            }
+            let (tried, law) = self.measured(fitting(&clock).min(MOST_RAYS), ESTIMATING * seconds)?;
+            let enough = fitting(&clock);
+            let done = (enough <= rays).then_some(Done { found, times });
+            return Ok((self.fitting(seconds, enough.max(rays), tried, law), done));
         }
     }
 
@@ -148,7 +175,7 @@ impl Dial<'_> {
         let started = Instant::now();
         let sample = Sample::new(self.source, self.piece, SAMPLE / 4, self.options.seed);
         let (mut tried, mut rays, mut taken) = (Vec::<Tried>::new(), FIRST_RAYS[0].min(most.max(1)), 0.0);
-        while rays <= most && (tried.len() < 2 || started.elapsed().as_secs_f64() + 2.0 * taken <= seconds) {
+        while rays <= most && started.elapsed().as_secs_f64() + 2.0 * taken <= seconds {
             let step = Instant::now();
             let reference = BakeOptions { rays: rays * REFERENCE, ..self.reference(rays) };
             let (reference, found) =
@@ -157,25 +184,13 @@ impl Dial<'_> {
             taken = step.elapsed().as_secs_f64();
             rays = if rays < most { (2 * rays).min(most) } else { u32::MAX / REFERENCE };
         }
-        let pairs: Vec<_> = tried.iter().map(|tried| (f64::from(tried.setting), tried.error.rmse)).collect();
+        let pairs: Vec<_> = tried.iter().map(|tried| (f64::from(tried.setting), tried.error.error)).collect();
         let law = PowerLaw::fit(&pairs);
         Ok((tried, law))
     }
 
     /// So many rays fit into the time. Their error is that of the most rays that were measured, moved along the law.
-    fn fitting(
-        &self,
-        seconds: f64,
-        rays: u32,
-        tried: Vec<Tried>,
-        law: Option<PowerLaw>,
-    ) -> Result<Choice, Error> {
-        if rays < 4 {
-            return Err(Error::Limit(format!(
-                "--time-budget {seconds}: there is no time for 4 rays after {:.1} s; give more, or --rays",
-                self.start.elapsed().as_secs_f64()
-            )));
-        }
+    fn fitting(&self, seconds: f64, rays: u32, tried: Vec<Tried>, law: Option<PowerLaw>) -> Choice {
         let why = if rays >= 65_536 {
             "the most rays that there can be; they take less time than there is".to_owned()
         } else {
@@ -184,15 +199,23 @@ impl Dial<'_> {
         let error = tried.last().map(|last| {
             let moved =
                 law.map_or(1.0, |law| law.error(f64::from(rays)) / law.error(f64::from(last.setting)));
-            let ErrorEstimate { rmse, lower, upper, .. } = last.error;
-            ErrorEstimate { rmse: rmse * moved, lower: lower * moved, upper: upper * moved, ..last.error }
+            let ErrorEstimate { error, lower, upper, .. } = last.error;
+            ErrorEstimate { error: error * moved, lower: lower * moved, upper: upper * moved, ..last.error }
         });
-        Ok(choice(Goal::TimeBudget(seconds), rays, error, tried, why))
+        choice(Goal::TimeBudget(seconds), rays, error, tried, why)
+    }
+
+    /// The choice where there is no time for more rays than have been tried, or for any.
+    fn hurried(&self, seconds: f64, rays: u32) -> Choice {
+        let goal = Goal::TimeBudget(seconds);
+        let why = "the fewest that are chosen for a time; their error has not been estimated".to_owned();
+        let chosen = choice(goal, rays, None, Vec::new(), why);
+        Choice { warning: Some(goal.too_short(self.start)), ..chosen }
     }
 }
 
 fn choice(goal: Goal, setting: u32, error: Option<ErrorEstimate>, tried: Vec<Tried>, why: String) -> Choice {
-    Choice { option: "--rays", goal, setting, error, tried, why, milliseconds: 0.0 }
+    Choice { option: "--rays", goal, setting, error, tried, why, warning: None, milliseconds: 0.0 }
 }
 
 /// The error of a sample's values against those of a reference.

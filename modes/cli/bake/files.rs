@@ -5,16 +5,17 @@
 use std::path::Path;
 
 use glam::DVec3;
-use umbel::{
-    Array, Channel, Error, GrayBits, Polarity, Samples, Scene, TexelImage, encode_png_gray, write_exr,
-    write_npy, write_ply_mesh, write_png_gray,
+use umbel::bake::{Polarity, TexelImage};
+use umbel::files::{
+    Array, Channel, GrayBits, Samples, encode_png_gray, write_exr, write_npy, write_ply_mesh, write_png_gray,
 };
+use umbel::{Error, Scene};
 
-use crate::args::Common;
 use crate::bake::args::{BakeArgs, MARGIN};
 use crate::bake::gltf::Patched;
 use crate::bake::source::{Results, Source, Values};
-use crate::picture::extension;
+use crate::common::Common;
+use crate::options::parse::extension;
 
 /// What is written, and what from.
 pub(crate) struct Files<'a> {
@@ -65,11 +66,11 @@ impl Files<'_> {
             (Some(file), _) => file.write_vertices(path, values, (self.args.into, self.common)),
             _ if extension(path) == "npy" => write_npy(path, &[values.len()], Array::F32(values)),
             (None, Source::Points(points)) => {
-                let positions =
+                let positions: Vec<[f32; 3]> =
                     points.hemispheres.iter().map(|hemisphere| hemisphere.receiver.point).collect();
-                write_ply_mesh(path, &Scene { positions, ..Scene::default() }, name, values)
+                write_ply_mesh(path, &positions, &[], name, values)
             }
-            _ => write_ply_mesh(path, self.scene, name, values),
+            _ => write_ply_mesh(path, &self.scene.positions, &self.scene.triangles, name, values),
         }
     }
 

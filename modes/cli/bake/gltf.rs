@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
-use umbel::{Error, GltfFile, GltfOptions, Scene, VertexTarget};
+use umbel::formats::{GltfFile, GltfOptions, VertexTarget};
+use umbel::{Error, Scene};
 
-use crate::args::Common;
 use crate::bake::args::{BakeArgs, IntoArg};
-use crate::picture::extension;
-use crate::render::{print_warnings, say};
+use crate::common::Common;
+use crate::options::parse::extension;
 use crate::report::{Times, timed};
+use crate::run::{print_warnings, say};
 
 /// The formats that can take openness.
 pub(crate) const FORMATS: &[&str] = &["glb", "gltf"];

@@ -7,6 +7,7 @@ pub(crate) mod dial;
 pub(crate) mod files;
 #[cfg_attr(not(feature = "gltf"), path = "no_gltf.rs")]
 pub(crate) mod gltf;
+pub(crate) mod run;
 pub(crate) mod sample;
 pub(crate) mod sampling_args;
 pub(crate) mod source;
@@ -15,26 +16,28 @@ use std::time::Instant;
 
 use glam::DVec3;
 use serde_json::{Map, Value, json};
-use umbel::{
-    Bake, BakeOccluders, BakeOptions, Error, Falloff, Frame, LoadOptions, Occluders, Polarity, SampleSet,
-    Scene, SurfaceOptions, SurfaceScene, TracedRay, Weighting, check_output, check_uvs, load, load_surfaces,
-    names_surfaces, rays_around,
+use umbel::bake::{
+    Bake, BakeOccluders, BakeOptions, Falloff, Occluders, Polarity, SampleSet, TracedRay, Weighting,
+    check_uvs, rays_around,
 };
+use umbel::files::check_output;
+use umbel::formats::{SurfaceOptions, SurfaceScene, load_surfaces, names_surfaces};
+use umbel::{Error, LoadOptions, Scene, load};
 
-use crate::args::Common;
 use crate::bake::args::{BakeArgs, OccluderArgs};
-use crate::bake::dial::Dial;
+use crate::bake::dial::{Dial, Done};
 use crate::bake::files::Files;
 use crate::bake::gltf::Patched;
+use crate::bake::run::run;
 use crate::bake::source::{Extent, Results, Source};
-use crate::render::{available_bytes, limit_memory, load_scene, print_run, progress, say};
+use crate::common::Common;
+use crate::memory::ROUND_BYTES;
+use crate::memory::{available_bytes, limit_memory};
 use crate::report::{Report, Times, timed};
+use crate::run::{load_scene, print_run, say};
 
 /// The most bytes that a piece takes where the user sets no limit.
 const PIECE_BYTES: u64 = 1 << 30;
-
-/// Bytes that surfaces on demand take: those of a round of micropolygons.
-const SURFACE_BYTES: u64 = 100 << 20;
 
 /// Bytes that the engine takes for each triangle: its corners in order, and what it covers, per thread.
 fn triangle_bytes() -> u64 {
@@ -74,7 +77,7 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     let source = timed(&mut times.receivers, || Source::new(args, &scene))?;
     warn(&source, common);
     let dial = Dial { options, source: &source, triangles: &triangles, piece: plan.piece, common, start };
-    let choice = args.dial.goal().map(|goal| dial.choose(goal)).transpose()?;
+    let (choice, done) = args.dial.goal().map(|goal| dial.choose(goal)).transpose()?.unzip();
     if let Some(choice) = &choice {
         options.rays = choice.setting;
         bake = Bake::new(options)?;
@@ -85,7 +88,14 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     let around = rays_around(scene.bounds().union(source.points_bounds()), plan.values as usize);
     let dicing = args.occluders.made.dicing();
     let among = BakeOccluders { triangles: &triangles, surfaces: &surfaces, around, dicing };
-    let found = run(&bake, (&source, among), (plan.piece, options.bent), common, &mut times)?;
+    let found = match done.flatten() {
+        Some(Done { found, times: taken }) => {
+            times.receivers += taken.receivers;
+            times.engine = taken.engine;
+            found
+        }
+        None => run(&bake, (&source, among), (plan.piece, options.bent), common, &mut times)?,
+    };
     let mut hash = blake3::Hasher::new();
     let (stats, rays) = (found.stats, usize::try_from(found.rays).unwrap_or(usize::MAX));
     let mut more = report_fields(&options, &source, &found, &plan);
@@ -157,7 +167,7 @@ pub(crate) fn make_plan(
         if args.dump_rays.is_some() { bake.directions() * 2 * size_of::<TracedRay>() as u64 } else { 0 };
     // What every mode takes for a triangle is counted where the limit is checked.
     let triangles = (triangle_bytes() - 6) * scene.triangles.len() as u64;
-    let surfaces = if args.occluders.has_surfaces() { SURFACE_BYTES } else { 0 };
+    let surfaces = if args.occluders.has_surfaces() { ROUND_BYTES } else { 0 };
     let fixed = surfaces
         + extent.bytes
         + extent.units * extent.per_unit * traced
@@ -187,43 +197,6 @@ fn warn(source: &Source<'_>, common: &Common) {
     if let (Source::Texels(atlas, _), false) = (source, common.quiet) {
         say(&check_uvs(atlas).warnings(), common);
     }
-}
-
-/// Bakes piece by piece, as often as the options say.
-pub(crate) fn run<'a>(
-    bake: &Bake,
-    (source, occluders): (&Source<'_>, impl Into<BakeOccluders<'a>>),
-    (piece, with_bent): (usize, bool),
-    common: &Common,
-    times: &mut Times,
-) -> Result<Results, Error> {
-    let (options, occluders) = (common.options(), occluders.into());
-    let count = source.units();
-    let what = if matches!(source, Source::Texels(..)) { "rows" } else { source.name() };
-    let progress = progress(u32::try_from(count).unwrap_or(u32::MAX), what, common);
-    let (mut frame, mut found) = (Frame::keeping_order(), Results::new(source, with_bent));
-    for repeat in 0..common.repeat {
-        if !common.keep_order {
-            frame = Frame::keeping_order();
-        }
-        if repeat > 0 {
-            found = Results::new(source, with_bent);
-        }
-        let (mut milliseconds, mut receivers_milliseconds) = (0.0, 0.0);
-        for first in (0..count).step_by(piece) {
-            let end = count.min(first + piece);
-            let (receivers, texels) = timed(&mut receivers_milliseconds, || source.piece(first, end));
-            let baked = timed(&mut milliseconds, || bake.run(occluders, &receivers, &mut frame, &options))?;
-            found.take(&receivers, &texels, baked);
-            progress.set_position(end as u64);
-        }
-        if repeat == 0 {
-            times.receivers += receivers_milliseconds;
-        }
-        times.engine.push(milliseconds);
-    }
-    progress.finish_and_clear();
-    Ok(found)
 }
 
 /// What the report has beyond that of other verbs.

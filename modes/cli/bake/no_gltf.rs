@@ -4,8 +4,8 @@ use std::path::Path;
 
 use umbel::{Error, Scene};
 
-use crate::args::Common;
 use crate::bake::args::{BakeArgs, IntoArg};
+use crate::common::Common;
 use crate::report::Times;
 
 /// The formats that can take openness: none.

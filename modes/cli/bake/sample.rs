@@ -3,7 +3,8 @@
 //! Vertices, points and texels are taken with all their receivers, so that their values are those of the whole bake: a value
 //! depends on its receiver and its number alone.
 
-use umbel::{BakeReceivers, sample_key};
+use umbel::bake::BakeReceivers;
+use umbel::measure::sample_key;
 
 use crate::bake::source::Source;
 

@@ -2,7 +2,9 @@
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use umbel::{BakeOptions, DepthMaps, Error, Falloff, Grouping, Polarity, Reach, SampleSet, Scene, Weighting};
+use umbel::bake::{BakeOptions, DepthMaps, Falloff, Polarity, Reach, SampleSet, Weighting};
+use umbel::engine::Grouping;
+use umbel::{Error, Scene};
 
 use crate::options::camera::refuse_first;
 

@@ -1,9 +1,11 @@
 //! What `umbel bake` bakes, in units that can be cut into pieces: vertices, points, or rows of texels.
 
-use umbel::{
-    Aabb, Atlas, AtlasOptions, Bake, BakeReceivers, Baked, Error, Scene, Stats, TexelImage, TexelReceiver,
-    TracedRay, Triangles, VertexReceivers, read_points,
+use umbel::bake::{
+    Atlas, AtlasOptions, Bake, BakeReceivers, Baked, TexelImage, TexelReceiver, TracedRay, VertexReceivers,
+    read_points,
 };
+use umbel::engine::Aabb;
+use umbel::{Error, Scene, Stats, Triangles};
 
 use crate::bake::args::{BakeArgs, Target};
 

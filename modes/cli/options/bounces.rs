@@ -1,7 +1,9 @@
 //! Mirrors and glass on the command line.
 
 use clap::Args;
-use umbel::{Bounces, Error, Optics, Scene};
+use umbel::render::Bounces;
+use umbel::scene::Optics;
+use umbel::{Error, Scene};
 
 /// Bounces where nothing else is said.
 const DEFAULT_BOUNCES: u32 = 4;

@@ -3,7 +3,9 @@
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use serde::Deserialize;
-use umbel::{Aabb, BuiltinView, Camera, Error, Lens, Scene, builtin_view};
+use umbel::builtin::{BuiltinView, builtin_view};
+use umbel::engine::Aabb;
+use umbel::{Camera, Error, Lens, Scene};
 
 use crate::options::parse::{parse_size, parse_vector};
 
@@ -52,7 +54,7 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
     pub(crate) target: Option<DVec3>,
 
-    /// The direction that is up in the picture
+    /// The direction that is up in the picture (default +Y; -Z looking straight down, +Z straight up)
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
     pub(crate) up: Option<DVec3>,
 
@@ -161,7 +163,9 @@ impl CameraArgs {
         }
         camera.eye = self.eye.unwrap_or(camera.eye);
         camera.target = self.view.target.unwrap_or(camera.target);
-        camera.up = self.view.up.unwrap_or(camera.up);
+        let is_framed = self.eye.is_none() && self.view.target.is_none();
+        let default_up = if is_framed { camera.up } else { Camera::default_up(camera.target - camera.eye) };
+        camera.up = self.view.up.unwrap_or(default_up);
         if let (Lens::Ortho { .. }, Some(height)) = (lens, film_height) {
             camera.lens = Lens::Ortho { height };
         }

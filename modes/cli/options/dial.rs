@@ -4,22 +4,28 @@ use std::time::Instant;
 
 use clap::Args;
 use serde_json::{Value, json};
-use umbel::{Error, ErrorEstimate};
+use umbel::Error;
+use umbel::measure::ErrorEstimate;
 
-use crate::args::Common;
+use crate::common::Common;
 use crate::options::camera::refuse_first;
+
+/// What the seed of a reference differs by.
+pub(crate) const REFERENCE_SEED: u64 = 0x5eed_0000_0000_0001;
 
 /// Options that have the command choose a setting by itself.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Dial")]
 pub(crate) struct DialArgs {
-    /// Choose --rays (bake) or --cube-size (shadow): the cheapest whose error is at most E. It is the root mean square of
-    /// the differences from many rays, or from exact shadows, estimated on a sample; 1 is the whole range
+    /// Choose --rays (bake) or --cube-size (shadow): the cheapest whose error is at most E, estimated on a sample. For bake it
+    /// is the root mean square of the differences from many rays, where 1 is the whole range; for shadow the share of pixels
+    /// whose shadow is wrong, such as 0.05
     #[arg(long, value_name = "E", value_parser = parse_positive, conflicts_with = "time_budget")]
     pub(crate) max_error: Option<f64>,
 
     /// Choose --rays (bake) or --cube-size (shadow): the most that take about T seconds, from the start of the command
-    /// until its numbers are found; writing them is not counted
+    /// until its numbers are found; writing them is not counted. Where T is too short for anything, the least there is is
+    /// done all the same, with a warning
     #[arg(long, value_name = "T", value_parser = parse_positive)]
     pub(crate) time_budget: Option<f64>,
 }
@@ -27,13 +33,25 @@ pub(crate) struct DialArgs {
 /// What is asked of the dial.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Goal {
-    /// An RMSE.
+    /// An RMSE, or a share of wrong pixels.
     MaxError(f64),
     /// Seconds.
     TimeBudget(f64),
 }
 
 impl Goal {
+    /// The warning of a time that is over before anything could be chosen.
+    pub(crate) fn too_short(self, start: Instant) -> String {
+        let gone = start.elapsed().as_secs_f64();
+        let asked = match self {
+            Self::TimeBudget(seconds) => format!("--time-budget {seconds}"),
+            Self::MaxError(error) => format!("--max-error {error}"),
+        };
+        format!(
+            "{asked}: after {gone:.2} s there is no time left for more than the least, which is done all the same"
+        )
+    }
+
     /// Chooses by the rule for an error or by the rule for a time, and notes how long it took.
     pub(crate) fn choose(
         self,
@@ -78,16 +96,30 @@ pub(crate) struct Choice {
     pub(crate) error: Option<ErrorEstimate>,
     pub(crate) tried: Vec<Tried>,
     pub(crate) why: String,
+    /// Why what was asked for cannot be had, where this is the best that can.
+    pub(crate) warning: Option<String>,
     /// What it took to find out.
     pub(crate) milliseconds: f64,
 }
 
 impl Choice {
+    /// What the error is.
+    fn measure(&self) -> &'static str {
+        if self.option == "--rays" { "RMSE" } else { "share of wrong pixels" }
+    }
+
     /// The choice for the report.
     pub(crate) fn json(&self) -> Value {
         let estimate = |error: &ErrorEstimate| {
-            let ErrorEstimate { rmse, lower, upper, sample, population } = error;
-            json!({ "rmse": rmse, "lower": lower, "upper": upper, "sample": sample, "population": population })
+            let ErrorEstimate { error, lower, upper, sample, population } = error;
+            json!({
+                "error": error,
+                "measure": self.measure(),
+                "lower": lower,
+                "upper": upper,
+                "sample": sample,
+                "population": population,
+            })
         };
         let (asked, limit) = match self.goal {
             Goal::MaxError(limit) => ("max_error", limit),
@@ -104,6 +136,7 @@ impl Choice {
             "option": self.option,
             "setting": self.setting,
             "why": self.why,
+            "warning": self.warning,
             "estimate": self.error.as_ref().map(estimate),
             "tried": tried,
             "ms": self.milliseconds,
@@ -115,9 +148,13 @@ impl Choice {
         if common.quiet {
             return;
         }
-        let error = self.error.map_or(String::new(), |ErrorEstimate { rmse, lower, upper, .. }| {
-            format!("; error about {rmse:.2e} ({lower:.2e} to {upper:.2e})")
+        let measure = self.measure();
+        let error = self.error.map_or(String::new(), |ErrorEstimate { error, lower, upper, .. }| {
+            format!("; {measure} about {error:.2e} ({lower:.2e} to {upper:.2e})")
         });
+        if let Some(warning) = &self.warning {
+            anstream::eprintln!("warning: {warning}");
+        }
         anstream::eprintln!("{} {}: {}{error}", self.option, self.setting, self.why);
     }
 }

@@ -1,5 +1,7 @@
 //! Values on the command line: vectors, sizes, bytes.
 
+use std::path::Path;
+
 use glam::DVec3;
 
 /// "x,y,z" as three finite numbers.
@@ -40,4 +42,9 @@ pub(crate) fn parse_bytes(text: &str) -> Result<u64, String> {
     } else {
         Err("expected a size".into())
     }
+}
+
+/// The extension in lower case.
+pub(crate) fn extension(path: &Path) -> String {
+    path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_ascii_lowercase()
 }

@@ -6,7 +6,10 @@ use std::path::PathBuf;
 use clap::Args;
 use umbel::{Aov, Error};
 
-use crate::picture::extension;
+use crate::options::parse::extension;
+
+/// The picture where nothing at all was asked for.
+const UNNAMED: &str = "umbel.png";
 
 /// What is made of the rays.
 #[derive(Debug, Args)]
@@ -32,10 +35,10 @@ impl PictureArgs {
 
     /// Where the picture goes: `-o`, or umbel.png where nothing at all was asked for.
     pub(crate) fn checked_output(&self) -> Result<Option<PathBuf>, Error> {
-        self.refuse_collisions()?;
+        self.refuse_twice()?;
         let Some(output) = &self.output else {
             self.refuse_nameless()?;
-            return Ok(self.aovs.is_empty().then(|| PathBuf::from("umbel.png")));
+            return Ok(self.aovs.is_empty().then(|| PathBuf::from(UNNAMED)));
         };
         let format = extension(output);
         if !["png", "exr", "npy", "ply"].contains(&format.as_str()) {
@@ -65,13 +68,14 @@ impl PictureArgs {
         })
     }
 
-    /// Refuses two outputs under one name, and one channel given twice.
-    fn refuse_collisions(&self) -> Result<(), Error> {
-        let files = self.aovs.iter().filter_map(|(_, file)| file.as_ref()).chain(&self.output);
-        let mut seen = HashSet::new();
-        if let Some(file) = files.into_iter().find(|file| !seen.insert(*file)) {
-            return Err(Error::Usage(format!("{}: two outputs have this name", file.display())));
-        }
+    /// The files that are asked for: umbel.png where none is.
+    pub(crate) fn outputs(&self) -> Vec<PathBuf> {
+        let picture = self.output.clone().or_else(|| self.aovs.is_empty().then(|| PathBuf::from(UNNAMED)));
+        self.aovs.iter().filter_map(|(_, file)| file.clone()).chain(picture).collect()
+    }
+
+    /// Refuses one channel given twice.
+    fn refuse_twice(&self) -> Result<(), Error> {
         let mut channels = HashSet::new();
         let twice = self.aovs.iter().find(|(aov, file)| file.is_none() && !channels.insert(*aov));
         twice.map_or(Ok(()), |(aov, _)| Err(Error::Usage(format!("--aov {} is given twice", name(*aov)))))

@@ -19,6 +19,7 @@ use serde_json::value::RawValue;
 use umbel::{Camera, Error, Scene};
 
 use crate::options::camera::{CameraArgs, LensArg, ViewArgs};
+use crate::refusal::message;
 
 /// One view of the file, under the names of the command line.
 #[derive(Debug, Deserialize)]
@@ -112,7 +113,7 @@ impl<'a> Views<'a> {
     /// An error about the rays of view number `view`, as one about the file.
     pub(crate) fn explain(&self, view: usize, error: Error) -> Error {
         let about_the_view = match &error {
-            Error::Usage(_) => true,
+            Error::Usage(_) | Error::Argument(_) => true,
             Error::Engine(error) => error.is_about_rays(),
             _ => false,
         };
@@ -162,5 +163,5 @@ impl View {
 
 /// A message of the command line without the dashes of its options.
 fn in_words_of_the_file(error: &Error) -> String {
-    error.to_string().replace("--cube-size", "cube_size").replace("--", "")
+    message(error).replace("--cube-size", "cube_size").replace("--", "")
 }

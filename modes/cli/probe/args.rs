@@ -84,6 +84,14 @@ impl ProbeArgs {
         Ok(Camera { eye: self.center, target, up, lens, width: size.0, height: size.1 })
     }
 
+    /// The file of directions, where they come from one.
+    pub(crate) fn inputs(&self) -> Option<&PathBuf> {
+        match &self.pattern {
+            Some(PatternArg::File(path)) => Some(path),
+            _ => None,
+        }
+    }
+
     /// The lens of `--camera`, and its pixels.
     fn lens_and_size(&self) -> Result<(Lens, (u32, u32)), Error> {
         let view = &self.view;
@@ -108,10 +116,10 @@ impl ProbeArgs {
     /// The target and the direction that is up. Without a target the view is level: −Z without its part along up, or +X
     /// where up is along Z.
     fn orientation(&self) -> (DVec3, DVec3) {
-        let up = self.view.up.unwrap_or(DVec3::Y);
         if let Some(target) = self.view.target {
-            return (target, up);
+            return (target, self.view.up.unwrap_or(Camera::default_up(target - self.center)));
         }
+        let up = self.view.up.unwrap_or(DVec3::Y);
         let axis = (up / up.abs().max_element()).normalize_or_zero();
         let level = |towards: DVec3| towards - axis * towards.dot(axis);
         let ahead = level(DVec3::NEG_Z);

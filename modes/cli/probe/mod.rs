@@ -4,13 +4,17 @@ pub(crate) mod args;
 
 use std::path::Path;
 
-use umbel::{Error, Look, Pattern, Scene, read_pattern};
+use umbel::formats::{Pattern, read_pattern};
+use umbel::render::Look;
+use umbel::{Error, Scene};
 
-use crate::args::Common;
+use crate::common::Common;
+use crate::memory::{PIXEL_BYTES, SCATTERED_BYTES, limit_memory};
 use crate::picture::{Files, Sight};
 use crate::probe::args::{PatternArg, ProbeArgs};
-use crate::render::{PIXEL_BYTES, SCATTERED_BYTES, check_memory, limit_memory, load_scene, see};
+use crate::render::{check_memory, see};
 use crate::report::Times;
+use crate::run::load_scene;
 
 /// Bytes of the smallest direction in a file: three `f4`.
 const DIRECTION_BYTES: u64 = 12;

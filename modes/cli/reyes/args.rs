@@ -3,13 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use umbel::{
-    Aov, Dicing, Displacement, Error, HeightMap, LoadOptions, Noise, Relief, SurfaceLook, SurfaceOptions,
-};
+use umbel::engine::Dicing;
+use umbel::formats::SurfaceOptions;
+use umbel::render::SurfaceLook;
+use umbel::surfaces::{Displacement, HeightMap, Noise, Relief};
+use umbel::{Aov, Error, LoadOptions};
 
 use crate::options::camera::{CameraArgs, LensArg};
+use crate::options::lights::LightArgs;
 use crate::options::picture::PictureArgs;
-use crate::shadow::args::LightArgs;
 
 #[derive(Debug, Args)]
 pub(crate) struct ReyesArgs {
@@ -153,6 +155,14 @@ impl SurfaceArgs {
 }
 
 impl MadeArgs {
+    /// The file of heights, where they come from one.
+    pub(crate) fn inputs(&self) -> Option<&PathBuf> {
+        match &self.displace {
+            Some(ReliefArg::Map(path)) => Some(path),
+            _ => None,
+        }
+    }
+
     /// Whether heights are those of a displacement.
     pub(crate) fn is_displaced(&self) -> bool {
         self.displace.is_some()

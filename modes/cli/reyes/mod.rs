@@ -2,21 +2,17 @@
 
 pub(crate) mod args;
 
-use umbel::{
-    Camera, Error, LoadOptions, Look, Scene, SurfaceScene, load_surfaces, surface_preview, surface_view,
-    surface_visibility,
-};
+use umbel::formats::{SurfaceScene, load_surfaces, surface_view};
+use umbel::render::{Look, surface_preview, surface_visibility};
+use umbel::{Camera, Error, LoadOptions, Scene};
 
-use crate::args::Common;
+use crate::common::Common;
+use crate::memory::{CORNERS_BYTES, SURFACE_PIXEL_BYTES};
+use crate::memory::{PIXEL_BYTES, SHADOW_BYTES, limit_memory};
 use crate::picture::{Files, Picture, Sight};
-use crate::render::{PIXEL_BYTES, SHADOW_BYTES, limit_memory, print_run, progress, say};
 use crate::report::{Report, Times, timed};
 use crate::reyes::args::ReyesArgs;
-
-/// More bytes of a pixel than a triangle's hit has: (u, v) and the normal of the micropolygon.
-pub(crate) const SURFACE_BYTES: u64 = 20;
-/// Bytes of a pixel for shadows: the corners of its micropolygon, and their indices.
-pub(crate) const CORNERS_BYTES: u64 = 48;
+use crate::run::{print_run, progress, say};
 
 impl ReyesArgs {
     /// Reads the scene, and says what was noticed.
@@ -45,7 +41,7 @@ pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
     let lit = look.lights.len() as u64 * (SHADOW_BYTES + 1)
         + if look.lights.is_empty() { 0 } else { CORNERS_BYTES };
-    limit_memory(pixels * (PIXEL_BYTES + SURFACE_BYTES + lit), &named, "--size", common)?;
+    limit_memory(pixels * (PIXEL_BYTES + SURFACE_PIXEL_BYTES + lit), &named, "--size", common)?;
 
     // The engine: visibility of the pixel centres.
     let (dicing, options) = (args.dicing(), common.options());

@@ -1,63 +1,18 @@
-//! Lights and shadows on the command line.
+//! Shadows on the command line.
 
 use std::path::PathBuf;
 
 use clap::Args;
-use glam::DVec3;
-use umbel::{Error, Origin, Pencil, Scene, names_surfaces, point_light, sun_light, surface_view};
+use umbel::Error;
+use umbel::formats::names_surfaces;
 
 use crate::options::camera::CameraArgs;
 use crate::options::dial::DialArgs;
-use crate::options::parse::parse_vector;
+use crate::options::lights::LightArgs;
 use crate::reyes::args::SurfaceArgs;
 
 /// The resolutions that `--compare` measures where none are named.
 const COMPARED_SIZES: [u32; 4] = [256, 512, 1024, 2048];
-
-/// Where light comes from.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Lights")]
-pub(crate) struct LightArgs {
-    /// Position of a point light; may be given several times
-    #[arg(long = "light", value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
-    points: Vec<DVec3>,
-
-    /// Direction toward a sun, of any length; may be given several times
-    #[arg(long = "sun", value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
-    suns: Vec<DVec3>,
-}
-
-impl LightArgs {
-    /// Whether none is given.
-    pub(crate) fn is_none(&self) -> bool {
-        self.points.is_empty() && self.suns.is_empty()
-    }
-
-    /// The lights: points first, each kind in the order of the command line.
-    pub(crate) fn lights(&self) -> Result<Vec<Origin>, Error> {
-        let checked = |option: &str, given: &DVec3, light: Origin| {
-            let DVec3 { x, y, z } = *given;
-            let refused = |error| Error::Usage(format!("{option} {x},{y},{z}: {error}"));
-            Pencil::new(light, Vec::new()).map(|_| light).map_err(refused)
-        };
-        let points = self.points.iter().map(|given| checked("--light", given, point_light(*given)));
-        let suns = self.suns.iter().map(|given| checked("--sun", given, sun_light(*given)));
-        points.chain(suns).collect()
-    }
-
-    /// The lights for shadows: of one kind, and at least one, if need be that of a built-in scene.
-    pub(crate) fn shadow_lights(&self, scene: &Scene) -> Result<Vec<Origin>, Error> {
-        let lights = self.lights()?;
-        if !lights.is_empty() {
-            return Ok(lights);
-        }
-        let view = scene.name.strip_prefix("builtin:").and_then(surface_view);
-        let view = view.ok_or_else(|| {
-            Error::Usage("no light: give --light X,Y,Z, a position, or --sun X,Y,Z, a direction".into())
-        })?;
-        Ok(vec![point_light(DVec3::from_array(view.light))])
-    }
-}
 
 #[derive(Debug, Args)]
 pub(crate) struct ShadowArgs {
@@ -130,7 +85,10 @@ impl ShadowArgs {
                 self.output.is_none() && !picture,
                 "nothing to do: give -o FILE for the light's map, --mask FILE for shadows in a picture, or --compare",
             ),
-            (points && suns, "--light and --sun make maps of different shapes: run them one after the other"),
+            (
+                points && suns && self.output.is_some(),
+                "--light and --sun make maps of different shapes: run them one after the other, or leave -o out",
+            ),
             (
                 suns && self.compare.is_some(),
                 "--compare measures the cube maps of point lights: give --light, not --sun",
@@ -166,6 +124,11 @@ impl ShadowArgs {
         ]);
         let first = refused.into_iter().find(|(refused, _)| *refused);
         first.map_or(Ok(()), |(_, why)| Err(Error::Usage(why.into())))
+    }
+
+    /// The files that are asked for, as they are named: `{light}` stands for several.
+    pub(crate) fn outputs(&self) -> impl Iterator<Item = &PathBuf> {
+        self.output.iter().chain(&self.mask)
     }
 
     /// Whether a surface on demand is seen, no triangles.

@@ -1,19 +1,20 @@
 //! The dial of `umbel shadow`: the resolution of cube maps that an error asks for, or that a time allows.
 //!
-//! The error is that of shadows looked up in the map, in the picture of the camera: a pixel that shows a surface is wrong by 1
-//! where the map says lit and the exact mask says shadowed, or the other way round. It is estimated on a seeded sample of
-//! those pixels. For them alone texels are traced, see [`umbel::cube_answers`], so that a resolution is tried without making its
+//! The error is that of shadows looked up in the map, in the picture of the camera: the share of wrong ones among the pixels
+//! that show a surface. One is wrong where the map says lit and the exact mask says shadowed, or the other way round. The share
+//! is estimated on a seeded sample of those pixels. For them alone texels are traced, see [`umbel::shadow::cube_answers`], so that a resolution is tried without making its
 //! map. Surfaces that turn away from the light need no map and are right. With several lights the worst counts.
 //!
 //! *An error.* Resolutions are doubled until one is good enough, then a fine ladder below it is climbed. *A time.* Maps are
-//! made that take a small part of it; their times grow linearly with the number of texels.
+//! made that take a small part of it; their times grow linearly with the number of texels. Where loading has left no time, the
+//! size of the first of those maps is taken, untried.
 
 use std::time::Instant;
 
-use umbel::{
-    Error, ErrorEstimate, Frame, Options, Origin, Receiver, Receivers, Triangles, cube_answers, cube_map,
-    sample_key,
-};
+use umbel::engine::Receiver;
+use umbel::measure::{ErrorEstimate, sample_key};
+use umbel::shadow::{Receivers, cube_answers, cube_map};
+use umbel::{Error, Frame, Options, Origin, Triangles};
 
 use crate::options::dial::{Choice, Clock, Goal, Tried, cheapest, ladder};
 
@@ -25,6 +26,8 @@ const WRONG: f64 = 400.0;
 const SAMPLE: [usize; 2] = [1 << 15, 1 << 19];
 /// The seed of samples.
 const SEED: u64 = 0;
+/// The size of the first map that is timed: the least that is chosen for a time.
+const PILOT: u32 = 128;
 /// Part of the time that is left as a reserve.
 const RESERVED: f64 = 0.03;
 
@@ -62,7 +65,7 @@ impl Dial<'_> {
 
     /// Pixels of each light, and whether they are in shadow.
     fn samples(&self, limit: f64) -> Result<Vec<Sample>, Error> {
-        let count = (WRONG / (limit * limit)).clamp(SAMPLE[0] as f64, SAMPLE[1] as f64) as usize;
+        let count = (WRONG / limit).clamp(SAMPLE[0] as f64, SAMPLE[1] as f64) as usize;
         let mut samples = Vec::new();
         for (&light, receivers) in self.lights.iter().zip(self.receivers) {
             let Origin::Point(position) = light else { continue };
@@ -118,10 +121,10 @@ impl Dial<'_> {
             cheapest(&rungs, f64::from(guess), limit, &mut climbed, |size| self.error(&samples, size))?;
         tried.append(&mut climbed);
         let Some(Tried { setting, error }) = found else {
-            let least = tried.last().map_or(0.0, |tried| tried.error.rmse);
+            let least = tried.last().map_or(0.0, |tried| tried.error.error);
             return Err(Error::Limit(format!(
-                "--max-error {limit}: even a cube of {most} x {most} texels has an error of about {least:.2e} here; \
-                 give a larger one, or take --mask, which is exact"
+                "--max-error {limit}: even a cube of {most} x {most} texels has about {least:.2e} of the pixels wrong here; \
+                 give a larger share, or take --mask, which is exact"
             )));
         };
         let why = format!(
@@ -135,13 +138,16 @@ impl Dial<'_> {
     fn for_time(&self, seconds: f64) -> Result<Choice, Error> {
         let until = seconds * 1000.0 * (1.0 - RESERVED);
         let left = || until - self.start.elapsed().as_secs_f64() * 1000.0;
+        let (goal, most) = (Goal::TimeBudget(seconds), self.most.min(MOST));
+        if left() <= 0.0 {
+            return Ok(hurried(goal, PILOT.min(most), self.start));
+        }
         // Half of the largest error: the sample is large enough for any.
         let sampled = Instant::now();
         let samples = self.samples(0.05)?;
         let estimate_ms = sampled.elapsed().as_secs_f64() * 1000.0;
-        let most = f64::from(self.most.min(MOST));
-        let (mut clock, mut size) = (Clock::default(), 128);
-        let size = loop {
+        let (mut clock, mut size) = (Clock::default(), PILOT.min(most));
+        let fitting = loop {
             let (run, mut frame) = (Instant::now(), Frame::keeping_order());
             for &light in self.lights {
                 let Origin::Point(position) = light else { continue };
@@ -149,28 +155,31 @@ impl Dial<'_> {
             }
             clock.push(f64::from(size) * f64::from(size), run);
             let fitting = clock.work_in(left() - estimate_ms);
-            let next = (fitting / 8.0).max(0.0).sqrt().min(most) as u32;
+            let next = (fitting / 8.0).max(0.0).sqrt().min(f64::from(most)) as u32;
             if f64::from(next) < 1.4 * f64::from(size) {
-                break fitting.max(0.0).sqrt().min(most) as u32;
+                break fitting.max(0.0).sqrt().min(f64::from(most)) as u32;
             }
             size = next;
         };
-        if size < 16 {
-            return Err(Error::Limit(format!(
-                "--time-budget {seconds}: there is no time for a cube after {:.1} s; give more, or --cube-size",
-                self.start.elapsed().as_secs_f64()
-            )));
+        if fitting < PILOT.min(most) {
+            return Ok(hurried(goal, PILOT.min(most), self.start));
         }
-        let error = self.error(&samples, size)?;
-        let why = if f64::from(size) == most {
+        let error = self.error(&samples, fitting)?;
+        let why = if fitting == most {
             "the largest cube that is made; it takes less time than there is".to_owned()
         } else {
             format!("the largest cube for which {seconds} s are enough")
         };
-        Ok(choice(Goal::TimeBudget(seconds), size, Some(error), Vec::new(), why))
+        Ok(choice(goal, fitting, Some(error), Vec::new(), why))
     }
 }
 
+/// The choice where there is no time for another.
+fn hurried(goal: Goal, setting: u32, start: Instant) -> Choice {
+    let why = "the least that is chosen for a time; nothing has been estimated".to_owned();
+    Choice { warning: Some(goal.too_short(start)), ..choice(goal, setting, None, Vec::new(), why) }
+}
+
 fn choice(goal: Goal, setting: u32, error: Option<ErrorEstimate>, tried: Vec<Tried>, why: String) -> Choice {
-    Choice { option: "--cube-size", goal, setting, error, tried, why, milliseconds: 0.0 }
+    Choice { option: "--cube-size", goal, setting, error, tried, why, warning: None, milliseconds: 0.0 }
 }

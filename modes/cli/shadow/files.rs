@@ -1,13 +1,13 @@
 //! The files of shadows: maps of distances and masks, one per light or all in one array.
 
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use umbel::{
-    Array, Channel, Error, Samples, write_exr, write_ktx2_cube, write_npy, write_png_rgb8, write_png_rgba8,
+use umbel::Error;
+use umbel::files::{
+    Array, Channel, Samples, write_exr, write_ktx2_cube, write_npy, write_png_rgb8, write_png_rgba8,
 };
 
-use crate::picture::extension;
+use crate::options::parse::extension;
 
 /// What stands for the number of the light in a name.
 const LIGHT: &str = "{light}";
@@ -87,19 +87,12 @@ impl Names {
     }
 
     /// All names.
-    fn paths(&self) -> &[PathBuf] {
+    pub(crate) fn paths(&self) -> &[PathBuf] {
         match self {
             Self::Each(paths) => paths,
             Self::Together(path) => std::slice::from_ref(path),
         }
     }
-}
-
-/// Refuses two outputs under one name.
-pub(crate) fn refuse_collisions<'a>(names: impl IntoIterator<Item = &'a Names>) -> Result<(), Error> {
-    let mut seen = HashSet::new();
-    let twice = names.into_iter().flat_map(Names::paths).find(|path| !seen.insert(path.as_path()));
-    twice.map_or(Ok(()), |path| Err(Error::Usage(format!("{}: two outputs have this name", path.display()))))
 }
 
 /// Takes the numbers of one light after the other, and writes them.

@@ -9,29 +9,28 @@ pub(crate) mod scene;
 use std::time::Instant;
 
 use serde_json::{Map, Value};
-use umbel::{
-    Camera, Casters, Dicing, Error, Frame, Lens, MaskCounts, NO_TRIANGLE, Origin, Pencil, Receivers, Scene,
-    Shot, Stats, Triangles, closest_hit, closest_hit_on_demand, compare_maps, cube_map, cube_pencil,
-    distances, receivers, sun_pencil, surface_distances, surface_visibility,
+use umbel::engine::{Dicing, closest_hit_on_demand};
+use umbel::render::surface_visibility;
+use umbel::scene::Shot;
+use umbel::shadow::{
+    Casters, MaskCounts, Receivers, compare_maps, cube_map, cube_pencil, distances, receivers, sun_pencil,
+    surface_distances,
 };
+use umbel::{Camera, Error, Frame, Lens, NO_TRIANGLE, Origin, Pencil, Scene, Stats, Triangles, closest_hit};
 
-use crate::args::Common;
+use crate::common::Common;
+use crate::file_names::FileNames;
+use crate::memory::{CORNERS_BYTES, SURFACE_PIXEL_BYTES};
+use crate::memory::{MAP_TEXEL_BYTES, MASK_PIXEL_BYTES};
+use crate::memory::{SCATTERED_BYTES, SHADOW_BYTES, available_bytes, limit_memory};
 use crate::options::dial::Goal;
-use crate::render::{
-    SCATTERED_BYTES, SHADOW_BYTES, available_bytes, limit_memory, print, print_run, progress,
-};
 use crate::report::{Report, Times, timed};
-use crate::reyes::{CORNERS_BYTES, SURFACE_BYTES};
+use crate::run::{print, print_run, progress};
 use crate::shadow::args::ShadowArgs;
 use crate::shadow::dial::Dial;
-use crate::shadow::files::{Content, Names, Writer, refuse_collisions};
+use crate::shadow::files::{Content, Names, Writer};
 use crate::shadow::report::{comparison, is_sun, light_json, map_json};
 use crate::shadow::scene::ShadowScene;
-
-/// Bytes per texel of a map: the hit 8, the distance 4, a picture 12.
-const TEXEL_BYTES: u64 = 24;
-/// Bytes per pixel of a mask beside those of the query: the hit 8, the mask 4, bytes of the file 4.
-const PIXEL_BYTES: u64 = 16;
 
 /// One run of the verb.
 struct Run<'a> {
@@ -87,7 +86,8 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
     });
     let masks = args.mask.as_ref().map(|path| Names::new("--mask", path, lights.len(), &["npy", "png"]));
     let (maps, masks) = (maps.transpose()?, masks.transpose()?);
-    refuse_collisions(maps.iter().chain(&masks))?;
+    let each = maps.iter().chain(&masks).flat_map(Names::paths);
+    FileNames::default().writing(each).writing(&common.report).refuse_collisions()?;
     check_memory(args, &scene.mesh, &camera, &lights, common)?;
 
     let (occluders, surfaces) = (scene.occluders()?, scene.casters());
@@ -127,8 +127,9 @@ impl Run<'_> {
     fn choose(&mut self, goal: Goal, camera: &Camera, start: Instant) -> Result<(), Error> {
         let seen = self.seen(camera, 0, 1)?;
         let limit = self.common.max_memory.or_else(available_bytes).unwrap_or(u64::MAX);
-        let texel = 6 * (TEXEL_BYTES + 4 * self.lights.len() as u64);
-        let left = limit.saturating_sub(u64::from(camera.width) * u64::from(camera.rows()) * PIXEL_BYTES);
+        let texel = 6 * (MAP_TEXEL_BYTES + 4 * self.lights.len() as u64);
+        let left =
+            limit.saturating_sub(u64::from(camera.width) * u64::from(camera.rows()) * MASK_PIXEL_BYTES);
         let dial = Dial {
             triangles: self.casters.triangles,
             options: self.common.options(),
@@ -328,14 +329,16 @@ fn check_memory(
     let faces = if is_sun(lights[0]) { 1 } else { 6 };
     // The dial chooses no size that is too large.
     let is_size_known = args.output.is_some() && args.dial.goal().is_none();
-    let maps = if is_size_known { square(args.map_size()) * faces * (TEXEL_BYTES + 4 * count) } else { 0 };
+    let maps =
+        if is_size_known { square(args.map_size()) * faces * (MAP_TEXEL_BYTES + 4 * count) } else { 0 };
     let picture = args.mask.is_some() || args.compare.is_some() || args.dial.goal().is_some();
     let scattered = if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
-    let surface = if args.is_of_surface() { SURFACE_BYTES + CORNERS_BYTES } else { 0 };
-    let pixel = PIXEL_BYTES + (SHADOW_BYTES + 6) * count + scattered + surface;
+    let surface = if args.is_of_surface() { SURFACE_PIXEL_BYTES + CORNERS_BYTES } else { 0 };
+    let pixel = MASK_PIXEL_BYTES + (SHADOW_BYTES + 6) * count + scattered + surface;
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
     let masks = if picture { pixels * pixel } else { 0 };
-    let compared = args.compare.iter().flat_map(|sizes| &sizes.0).map(|&size| square(size) * 6 * TEXEL_BYTES);
+    let compared =
+        args.compare.iter().flat_map(|sizes| &sizes.0).map(|&size| square(size) * 6 * MAP_TEXEL_BYTES);
     let largest = maps.max(masks + compared.max().unwrap_or(0));
     let remedy = match (maps >= masks, is_sun(lights[0])) {
         (false, _) => "--size",

@@ -1,7 +1,9 @@
 //! What the report of `umbel shadow` has of lights, maps and their errors.
 
 use serde_json::{Value, json};
-use umbel::{Film, MapErrors, Origin, Pencil, face_matrices};
+use umbel::engine::Film;
+use umbel::shadow::{MapErrors, face_matrices};
+use umbel::{Origin, Pencil};
 
 /// The names of the faces.
 const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];

@@ -1,13 +1,14 @@
 //! What `umbel shadow` looks at, and what else casts shadows on it.
 
-use umbel::{
-    Aabb, Camera, Error, LoadOptions, Occluders, Scene, SurfaceScene, builtin_view, load, load_surfaces,
-    names_surfaces, surface_view,
-};
+use umbel::bake::Occluders;
+use umbel::builtin::builtin_view;
+use umbel::engine::Aabb;
+use umbel::formats::{SurfaceScene, load_surfaces, names_surfaces, surface_view};
+use umbel::{Camera, Error, LoadOptions, Scene, load};
 
-use crate::args::Common;
-use crate::render::{load_scene, say};
+use crate::common::Common;
 use crate::report::{Times, timed};
+use crate::run::{load_scene, say};
 use crate::shadow::args::ShadowArgs;
 
 /// What is seen: triangles, or a surface on demand; and occluders, which are not.

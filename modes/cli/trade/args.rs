@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use umbel::Error;
 
-use crate::args::Common;
+use crate::common::Common;
 use crate::options::camera::refuse_first;
-use crate::picture::extension;
+use crate::options::parse::extension;
 
 #[derive(Debug, Args)]
 pub(crate) struct TradeArgs {

@@ -14,15 +14,20 @@ pub(crate) mod subject;
 pub(crate) mod words;
 
 use clap::Parser as _;
-use umbel::{Bake, Differences, Error, Origin, Scene, check_output, pareto_front, write_atomically};
+use umbel::bake::Bake;
+use umbel::files::{check_output, write_atomically};
+use umbel::measure::{Differences, pareto_front};
+use umbel::{Error, Origin, Scene};
 
-use crate::args::{Cli, Command, Common};
+use crate::args::{Cli, Command};
 use crate::bake::source::Source;
 use crate::bake::{make_plan, occluders};
-use crate::render::{PIXEL_BYTES, SHADOW_BYTES, limit_memory, load_scene, progress};
+use crate::common::Common;
+use crate::memory::SURFACE_PIXEL_BYTES;
+use crate::memory::{PIXEL_BYTES, SHADOW_BYTES, limit_memory};
 use crate::report::Times;
-use crate::reyes::SURFACE_BYTES;
 use crate::reyes::args::ReyesArgs;
+use crate::run::{load_scene, progress};
 use crate::trade::args::{ModeArg, TradeArgs};
 use crate::trade::picture::Canvas;
 use crate::trade::report::{Findings, Measured, Rounded};
@@ -101,7 +106,7 @@ fn trade_reyes(args: &TradeArgs, common: &Common, verb: &ReyesArgs) -> Result<()
     let camera = verb.framing(&surfaces)?;
     let named = Scene { name: surfaces.name.clone(), ..Scene::default() };
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
-    limit_memory(pixels * (ITEM_BYTES + PIXEL_BYTES + SURFACE_BYTES), &named, "--size", common)?;
+    limit_memory(pixels * (ITEM_BYTES + PIXEL_BYTES + SURFACE_PIXEL_BYTES), &named, "--size", common)?;
     let canvas = Canvas::of_camera(&camera, false);
     measure(args, common, &named, &Subject::Reyes(&surfaces), (&canvas, false))
 }

@@ -3,9 +3,10 @@
 //! A picture is reduced to a small one. Each block of pixels shows the one of them that differs most, so that a single wrong
 //! pixel does not vanish.
 
-use umbel::{
-    Camera, Error, Lens, Options, Scene, Triangles, builtin_view, encode_png_rgb8, glam::DVec3, visibility,
-};
+use umbel::builtin::builtin_view;
+use umbel::files::encode_png_rgb8;
+use umbel::glam::DVec3;
+use umbel::{Camera, Error, Lens, Options, Scene, Triangles, visibility};
 
 use crate::bake::source::Source;
 

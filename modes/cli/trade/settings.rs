@@ -3,7 +3,7 @@
 //! A setting either changes the answer, and is then a point of error against time; or it may change the time only, and is then
 //! a check: each byte must be that of the default.
 
-use umbel::Isa;
+use umbel::engine::Isa;
 
 use crate::trade::args::ModeArg;
 use crate::trade::subject::Answer;

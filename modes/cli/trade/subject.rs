@@ -4,21 +4,22 @@
 //! settings share, are left out.
 
 use rayon::prelude::*;
-use umbel::{
-    Bake, BakeOptions, Camera, CubeMap, Error, Frame, Hits, MaskCounts, Options, Origin, Receivers,
-    SampleSet, Scene, Shot, SurfaceScene, Triangles, VisibilityBuffer, closest_hit, cube_map, glam::DVec3,
-    preview_lit, receivers, surface_preview, surface_visibility,
-};
+use umbel::bake::{Bake, BakeOptions, SampleSet};
+use umbel::formats::SurfaceScene;
+use umbel::glam::DVec3;
+use umbel::render::{preview_lit, surface_preview, surface_visibility};
+use umbel::scene::Shot;
+use umbel::shadow::{CubeMap, MaskCounts, Receivers, cube_map, receivers};
+use umbel::{Camera, Error, Frame, Hits, Options, Origin, Scene, Triangles, VisibilityBuffer, closest_hit};
 
-use crate::args::{Cli, Command, Common, RenderArgs};
-use crate::bake;
+use crate::args::{Cli, Command, RenderArgs};
+use crate::bake::run;
 use crate::bake::source::{Source, Values};
+use crate::common::Common;
+use crate::options::dial::REFERENCE_SEED;
 use crate::report::{Times, timed};
 use crate::reyes::args::ReyesArgs;
 use crate::shadow::args::ShadowArgs;
-
-/// What the seed of a reference differs by.
-pub(crate) const REFERENCE_SEED: u64 = 0x5eed_0000_0000_0001;
 
 /// What a setting answers, and how long that took.
 #[derive(Debug, Default)]
@@ -172,7 +173,7 @@ impl<'a> ShadowSubject<'a> {
 impl ShadowSubject<'_> {
     /// Which receivers a cube map calls shadowed.
     fn looked_up(&self, map: &CubeMap, receivers: &Receivers) -> Vec<bool> {
-        let is_shadowed = |receiver: &umbel::Receiver| {
+        let is_shadowed = |receiver: &umbel::engine::Receiver| {
             let point = DVec3::from_array(receiver.point.map(f64::from));
             !map.is_lit(point, self.triangles.normal(receiver.triangle))
         };
@@ -194,7 +195,7 @@ impl BakeSubject<'_> {
     fn run(&self, options: BakeOptions, common: &Common) -> Result<Answer, Error> {
         let (bake, mut times) = (Bake::new(options)?, Times::default());
         let found =
-            bake::run(&bake, (&self.source, &self.triangles), (self.piece, false), common, &mut times)?;
+            run::run(&bake, (&self.source, &self.triangles), (self.piece, false), common, &mut times)?;
         let values = match found.values {
             Values::List(values, _) => values,
             Values::Image(image, _) => image.values().as_flattened().to_vec(),

@@ -3,7 +3,7 @@
 //! Based on: NumPy Enhancement Proposal 1, "A Simple File Format for NumPy Arrays", Robert Kern, 2007 (version 1.0 of
 //! the format).
 
-pub(crate) mod read;
+pub mod read;
 
 use std::io::{self, Write};
 use std::path::Path;

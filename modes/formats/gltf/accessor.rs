@@ -146,7 +146,8 @@ impl<'a> Data<'a> {
         place: &str,
     ) -> Result<impl Iterator<Item = &'a [u8]> + use<'a>, Problem> {
         let (bytes, stride) = self.view(view, place)?;
-        let stride = stride.unwrap_or(size);
+        // A stride of 0 is invalid, and written by some for "none".
+        let stride = stride.filter(|&stride| stride > 0).unwrap_or(size);
         if stride < size {
             return Err(broken(format!(
                 "bufferViews[{view}] has a byteStride of {stride}, but {place} needs {size}"

@@ -3,6 +3,7 @@
 //! Based on: Khronos Group, "glTF 2.0 Specification", version 2.0.1, 2021, section 3.6 "Binary Data Storage"; Larry
 //! Masinter, "The data URL scheme", RFC 2397, 1998.
 
+use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
 
@@ -51,10 +52,8 @@ pub(crate) fn load(
 
 /// The bytes that a URI stands for.
 fn fetch(uri: &str, folder: &Path, index: usize) -> Result<Vec<u8>, Problem> {
-    if let Some(data) = uri.strip_prefix("data:") {
-        let data = data.split_once(";base64,").map(|(_, data)| data);
-        let bytes = data.and_then(|data| LENIENT.decode(data.trim_ascii()).ok());
-        return bytes.ok_or_else(|| broken(format!("the data URI of buffers[{index}] is not base64")));
+    if let Some(data) = data_in(uri) {
+        return decode(data).map_err(|what| broken(format!("the data URI of buffers[{index}] {what}")));
     }
     let Some(name) = file_name(uri) else {
         let what = format!("buffers[{index}] lies at {uri}, which is not a file beside this one");
@@ -73,6 +72,23 @@ fn fetch(uri: &str, folder: &Path, index: usize) -> Result<Vec<u8>, Problem> {
         what: format!("buffers[{index}] is in {}, which cannot be read: {error}", path.display()),
         remedy: "Put that file where the glTF file expects it; a .gltf is copied together with what it names.",
     })
+}
+
+/// What follows `data:` in a data URI; the scheme may be in capitals.
+fn data_in(uri: &str) -> Option<&str> {
+    let (scheme, data) = uri.split_once(':')?;
+    scheme.eq_ignore_ascii_case("data").then_some(data)
+}
+
+/// The bytes of `[mediatype][;base64],data`: base64, or else text with percent-encoded bytes. Or what is wrong.
+fn decode(data: &str) -> Result<Vec<u8>, &'static str> {
+    let (kind, data) = data.split_once(',').ok_or("has no comma before its data")?;
+    let is_base64 = kind.rsplit_once(';').is_some_and(|(_, last)| last.trim().eq_ignore_ascii_case("base64"));
+    match is_base64 {
+        // Its `+`, `/` and `=` may be percent-encoded themselves.
+        true => LENIENT.decode(Cow::from(percent_decode_str(data)).trim_ascii()).map_err(|_| "is not base64"),
+        false => Ok(percent_decode_str(data).collect()),
+    }
 }
 
 /// The relative path in a URI; `None` for data and for what has a scheme (`https:`).

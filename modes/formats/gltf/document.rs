@@ -8,6 +8,7 @@
 //!
 //! Based on: Khronos Group, "glTF 2.0 Specification", version 2.0.1, 2021.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
@@ -207,8 +208,9 @@ pub(crate) struct Document {
 
 impl Document {
     pub(crate) fn of(json: &Value) -> Result<Self, Problem> {
-        let scene = Option::deserialize(json.get("scene").unwrap_or(&Value::Null))
-            .map_err(|error| broken(format!("`scene`: {error}")))?;
+        let scene = json.get("scene").unwrap_or(&Value::Null);
+        let scene =
+            Option::deserialize(&*plain(scene)).map_err(|error| broken(format!("`scene`: {error}")))?;
         Ok(Self {
             scene,
             scenes: list(json, "scenes")?,
@@ -224,16 +226,59 @@ impl Document {
 
 /// One of the arrays of a document; a missing one is empty. Errors name the element.
 fn list<T: DeserializeOwned>(json: &Value, key: &str) -> Result<Vec<T>, Problem> {
-    let Some(value) = json.get(key) else {
+    let Some(value) = json.get(key).filter(|value| !value.is_null()) else {
         return Ok(Vec::new());
     };
     let Some(elements) = value.as_array() else {
         return Err(broken(format!("`{key}` is not an array")));
     };
     let typed = |(index, element)| {
-        T::deserialize(element).map_err(|error| broken(format!("{key}[{index}]: {error}")))
+        T::deserialize(&*plain(element)).map_err(|error| broken(format!("{key}[{index}]: {error}")))
     };
     elements.iter().enumerate().map(typed).collect()
+}
+
+/// An integer, however it is written: `3`, `3.0` and `3e0` are the same (section 2.7 of the specification).
+pub(crate) fn whole(value: &Value) -> Option<u64> {
+    /// Up to here f64 holds every integer.
+    const GREATEST: f64 = 9007199254740992.0;
+    value.as_u64().or_else(|| {
+        let number =
+            value.as_f64().filter(|number| (0.0..=GREATEST).contains(number) && number.fract() == 0.0);
+        number.map(|number| number as u64)
+    })
+}
+
+/// A value as it is read: integers written as decimals are integers, and properties that are null are missing, as other
+/// readers have it. What is like that already is not copied.
+fn plain(value: &Value) -> Cow<'_, Value> {
+    if is_plain(value) { Cow::Borrowed(value) } else { Cow::Owned(made_plain(value)) }
+}
+
+fn is_plain(value: &Value) -> bool {
+    match value {
+        Value::Number(_) => !is_whole_decimal(value),
+        Value::Array(elements) => elements.iter().all(is_plain),
+        Value::Object(fields) => fields.values().all(|field| !field.is_null() && is_plain(field)),
+        _ => true,
+    }
+}
+
+/// Whether a number is an integer that is written as a decimal. −0 is none: as a coordinate it has its sign.
+fn is_whole_decimal(value: &Value) -> bool {
+    value.is_f64() && whole(value).is_some() && value.as_f64().is_some_and(f64::is_sign_positive)
+}
+
+fn made_plain(value: &Value) -> Value {
+    match value {
+        Value::Number(_) if is_whole_decimal(value) => whole(value).map_or(Value::Null, Value::from),
+        Value::Array(elements) => elements.iter().map(made_plain).collect(),
+        Value::Object(fields) => {
+            let present = fields.iter().filter(|(_, field)| !field.is_null());
+            Value::Object(present.map(|(key, field)| (key.clone(), made_plain(field))).collect())
+        }
+        other => other.clone(),
+    }
 }
 
 /// The element that an index of the file names. `of` says whose index it is.

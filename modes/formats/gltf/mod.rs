@@ -2,7 +2,7 @@
 //!
 //! ```no_run
 //! use std::path::Path;
-//! use umbel::{GltfFile, GltfOptions, VertexTarget};
+//! use umbel::formats::{GltfFile, GltfOptions, VertexTarget};
 //!
 //! let (mut file, scene) = GltfFile::read(Path::new("in.glb"), &GltfOptions::default())?;
 //! let openness = vec![1.0; scene.positions.len()]; // one number a vertex, 1 = open
@@ -20,11 +20,11 @@ pub(crate) mod document;
 pub(crate) mod extensions;
 pub(crate) mod nodes;
 pub(crate) mod optics;
+pub mod options;
 pub(crate) mod scene;
-pub(crate) mod write;
+pub mod write;
 
 use std::fs;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
@@ -34,36 +34,8 @@ use crate::error::Problem;
 use crate::formats::gltf::accessor::Data;
 use crate::formats::gltf::container::{Container, open};
 use crate::formats::gltf::document::Document;
+use crate::formats::gltf::options::{GltfOptions, GltfOrigin};
 use crate::scene::Scene;
-
-/// How to read a glTF file.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct GltfOptions {
-    /// Leave out triangles with a NaN or infinite position and warn, instead of refusing the file. The position itself
-    /// becomes the origin, so that vertices stay those of the file.
-    pub drop_non_finite: bool,
-    /// The set of texture coordinates: n of `TEXCOORD_n`. An occlusion texture will name it, too.
-    pub uv_set: u32,
-}
-
-/// Where a part of a scene comes from: one primitive of a mesh at one node.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct GltfOrigin {
-    /// Index into the file's `nodes`.
-    pub node: usize,
-    /// Index into the file's `meshes`.
-    pub mesh: usize,
-    /// Index into the mesh's `primitives`.
-    pub primitive: usize,
-    /// Its triangles in the scene. Empty where all were dropped.
-    pub triangles: Range<u32>,
-    /// Its vertices: indices into [`Scene::positions`], in the order of the primitive's accessors. Primitives of one node
-    /// that share their accessors share this range.
-    pub vertices: Range<u32>,
-    /// Whether it has the set of texture coordinates that was asked for.
-    pub has_uvs: bool,
-}
 
 /// A glTF or GLB file in memory, with all that it holds.
 ///

@@ -17,7 +17,7 @@ use crate::formats::gltf::document::{
 use crate::formats::gltf::extensions::{DRACO, compressed};
 use crate::formats::gltf::nodes::{Instance, instances};
 use crate::formats::gltf::optics::optics;
-use crate::formats::gltf::{GltfOptions, GltfOrigin};
+use crate::formats::gltf::options::{GltfOptions, GltfOrigin};
 use crate::scene::{Material, NO_INDEX, Object, Scene};
 
 /// Makes the scene, without a name, and tells where each part of it comes from.
@@ -227,7 +227,7 @@ impl Builder<'_> {
             return Err(Problem {
                 line: None,
                 what: format!("vertex {vertex} of {place} is NaN or infinite in the world"),
-                remedy: "Correct the file, or leave out such triangles with --drop-non-finite.",
+                remedy: "Correct the file, or leave out such triangles: GltfOptions::drop_non_finite.",
             });
         }
         let spoilt: Vec<bool> = positions.iter().map(is_spoilt).collect();

@@ -1,6 +1,6 @@
 //! Reads Wavefront OBJ and its material libraries (MTL) through `tobj`.
 //!
-//! The file goes statement by statement through [`Source`], which tells why, into one mesh of `tobj`; this becomes a
+//! The file goes statement by statement through `source.rs`, which tells why, into one mesh of `tobj`; this becomes a
 //! [`Scene`], with the objects that `Source` noted and the colours of the material libraries.
 //!
 //! Based on: Wavefront Technologies, "Advanced Visualizer Manual", appendix B1 "Object Files", 1992.
@@ -137,7 +137,7 @@ fn find_non_finite(scene: &mut Scene, text: &[u8], options: &ObjOptions) -> Resu
         return Err(Problem {
             line: Statements::new(text).filter(is_position).nth(first).map(|(line, _)| line),
             what: format!("vertex {} has a coordinate that is NaN or infinite", first + 1),
-            remedy: "Correct the line, or leave out such faces with --drop-non-finite.",
+            remedy: "Correct the line, or leave out such faces: ObjOptions::drop_non_finite.",
         });
     }
     let spoilt = scene.positions.iter().map(is_spoilt).collect();

@@ -17,8 +17,8 @@ use std::io::{self, BufRead, Read};
 use crate::error::{CORRECT_LINE, Problem};
 use crate::formats::obj::tags::take_tag;
 use crate::formats::obj::text::{Statements, keyword, words};
+use crate::scene::Creases;
 use crate::scene::NO_INDEX;
-use crate::surfaces::subdivision::Creases;
 
 /// Corners per polygon of the preamble. Any number would do; this one keeps lines short.
 const PREAMBLE_CORNERS: u64 = 1000;

@@ -7,7 +7,7 @@
 
 use crate::error::{CORRECT_LINE, Problem};
 use crate::formats::obj::text::words;
-use crate::surfaces::subdivision::Creases;
+use crate::scene::Creases;
 
 /// Takes a tag, given what follows its `t`, its line, and how many vertices the file has.
 pub(crate) fn take_tag(rest: &str, (line, count): (u64, u64), creases: &mut Creases) -> Result<(), Problem> {

@@ -5,10 +5,10 @@
 //! shaded as the preview shades it, with the shadows of all lights, and sends on what [`Bounces::spawn`] gives. The last bounce
 //! shades a surface as if it were opaque. Paths whose share is too small to be seen end.
 //!
-//! What planar mirrors send back of the camera's rays is traced as pencils ([`crate::render::bounce::planar_mirror`]), the rest and all that comes
+//! What planar mirrors send back of the camera's rays is traced as pencils (`planar_mirror.rs`), the rest and all that comes
 //! later as arbitrary rays.
 //!
-//! Waves are no longer than [`WAVE`]; what a wave spawns beyond that waits, so memory is bounded by waves per bounce.
+//! Waves are no longer than `WAVE`; what a wave spawns beyond that waits, so memory is bounded by waves per bounce.
 //! Sums are made path by path in one order, so that threads do not matter.
 //!
 //! Based on: Turner Whitted, "An Improved Illumination Model for Shaded Display", 1980; Alexander Keller and Carsten Wächter,
@@ -18,7 +18,7 @@
 pub(crate) mod mirror_planes;
 pub(crate) mod paths;
 pub(crate) mod planar_mirror;
-pub(crate) mod spawn;
+pub mod spawn;
 
 use glam::DVec3;
 use rayon::prelude::*;

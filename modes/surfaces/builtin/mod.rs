@@ -1,5 +1,5 @@
 //! Built-in surfaces on demand.
 
-pub(crate) mod field;
+pub mod field;
 pub(crate) mod teapot;
-pub(crate) mod terrain;
+pub mod terrain;

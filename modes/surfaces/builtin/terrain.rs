@@ -8,7 +8,7 @@
 //! the last one that is seen are never computed: in a picture about half of them. How far apart rays are is that of the whole column
 //! above a place, so that it follows from the place alone.
 //!
-//! Bounds follow the same steps with ranges: those of the noise are tight (`plane_noise.rs`), r is monotone on either side of ½, and
+//! Bounds follow the same steps with ranges: those of the noise are tight (`noise/plane.rs`), r is monotone on either side of ½, and
 //! sums and products of numbers ≥ 0 are monotone.
 //!
 //! Based on: Ken Musgrave, Craig Kolb and Robert Mace, "The Synthesis and Rendering of Eroded Fractal Terrains", 1989; Ramon Moore,

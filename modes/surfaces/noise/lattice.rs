@@ -1,7 +1,8 @@
 //! Lattice noise for eight points at a time: the values at the corners of their cells.
 //!
 //! Where all eight lie in one cell, as they mostly do for coarse octaves, the values of that cell are kept for the next eight;
-//! else all lanes hash. Both are `noise.rs` and `plane_noise.rs` to the bit.
+//! else all lanes hash. Both are `modes/surfaces/noise/mod.rs` and
+//! `modes/surfaces/noise/plane.rs` to the bit.
 //!
 //! Lattice values are kept and interpolated as whole numbers up to 2⁵³, and multiplied with 2⁻⁵³ at the end: a power of two
 //! changes no rounding.

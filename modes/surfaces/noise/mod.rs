@@ -22,7 +22,7 @@ use fearless_simd::{Level, dispatch, prelude::*, u64x8};
 use glam::DVec3;
 use umbel_core::Detail;
 
-use crate::bake::sample_sets::mix;
+use crate::random::mix;
 use crate::surfaces::extent::Extent;
 use crate::surfaces::lanes::{Lanes, PointLanes};
 use crate::surfaces::noise::lattice::weight as weight_lanes;

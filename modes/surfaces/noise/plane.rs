@@ -1,4 +1,5 @@
-//! Value noise over the plane, and the range of it over a rectangle: `noise.rs` with one axis less, and faster for many points.
+//! Value noise over the plane, and the range of it over a rectangle: `modes/surfaces/noise/mod.rs` with one axis less, and faster
+//! for many points.
 //!
 //! A noise of the plane has octaves k = 0, 1, 2 ... with 2ᵏ cells per unit, each with values in [0, 1]. Points of a grid mostly share
 //! the cells of the coarse octaves, so a [`Cursor`] keeps the lattice values of the cell it was in last.
@@ -7,7 +8,7 @@
 
 use fearless_simd::prelude::*;
 
-use crate::bake::sample_sets::mix;
+use crate::random::mix;
 use crate::surfaces::lanes::Lanes;
 use crate::surfaces::noise::lattice::weight as weight_lanes;
 use crate::surfaces::noise::lattice::{

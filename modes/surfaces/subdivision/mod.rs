@@ -1,9 +1,9 @@
 //! Catmull-Clark subdivision surfaces, displaced or not, to be made on demand.
 //!
 //! The cage is that of the scene, after one step where it has faces that are no quads. Nothing finer is stored: the limit surface
-//! over a quad is found from its neighbourhood (`limit_surface.rs`) whenever it is asked for.
+//! over a quad is found from its neighbourhood (`limit.rs`) whenever it is asked for.
 //!
-//! Points of a border are found by one of the quads that meet there (`border_rulers.rs`), its normals and texture coordinates are
+//! Points of a border are found by one of the quads that meet there (`border_owners.rs`), its normals and texture coordinates are
 //! that quad's, too.
 //!
 //! Based on: Edwin Catmull and James Clark, "Recursively Generated B-Spline Surfaces on Arbitrary Topological Meshes", 1978; Matthias
@@ -24,7 +24,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use umbel_core::{Aabb, Detail, Domain, OnDemand};
 
-use crate::scene::Scene;
+use crate::scene::{Creases, Scene};
 use crate::surfaces::displacement::{Displacement, UvBox, unit_normals, uv_box};
 use crate::surfaces::extent::Extent;
 use crate::surfaces::lanes::{LANES, Lanes, rounded_lanes};
@@ -50,15 +50,6 @@ pub struct SubdivisionSurface {
     displacement: Displacement,
     first_triangles: Vec<u32>,
     tree: PatchTree,
-}
-
-/// Edges and vertices of a cage that shall be sharp, by indices of positions in the scene.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Creases {
-    /// Edges: the positions at both ends, and the sharpness. 0 is smooth, 10 and more are creases for ever.
-    pub edges: Vec<([u32; 2], f32)>,
-    /// Vertices: the position and the sharpness.
-    pub corners: Vec<(u32, f32)>,
 }
 
 /// From here on a crease never ends: the bound of OpenSubdiv.

@@ -13,15 +13,15 @@ use fearless_simd::{Level, prelude::*, u32x16};
 use rayon::prelude::*;
 
 use crate::exact::filter::Cross;
-use crate::geometry::aabb::{Aabb, U};
-use crate::geometry::triangles::{TriangleId, Triangles, widen};
+use crate::geometry::aabb::{Aabb, U, widen};
+use crate::geometry::triangles::{TriangleId, Triangles};
 use crate::intersect::beam::direction::Direction;
 use crate::intersect::beam::{Query, WIDTH, Wide};
 use crate::objects::morton::along_curve;
 use crate::objects::offset::Side;
-use crate::objects::point_order::PointGrid;
 use crate::rays::hemisphere::{Above, Hemisphere};
 use crate::rays::hits::NO_TRIANGLE;
+use crate::rays::point_order::PointGrid;
 use crate::simd::lanes::bits;
 
 /// Packets of a parcel, and its receivers.

@@ -1,16 +1,16 @@
 //! The space in which arbitrary rays are culled: f32, with one absolute slack for all errors.
 //!
-//! p' = (p − c)·s, with c the centre of the scene's box and s a power of two, brings the scene into the cube [−1, 1]³. A ray is
-//! cut to where it meets that cube and its direction is scaled to |d'|∞ = 1, so t' = t·m − t₀ with m = |d·s|∞; a ray then ends
-//! within t' ≤ [`T_END`].
+//! p' = (p − c)·s, with c the centre of the scene's box and s a power of two, brings the scene into the cube [−1, 1]³.
+//! A ray is cut to where it meets that cube and its direction is scaled to |d'|∞ = 1, so t' = t·m − t₀ with m = |d·s|∞;
+//! a ray then ends within t' ≤ [`T_END`].
 //!
-//! Boxes are widened by [`SLACK`] = 2⁻²⁰. Positions that this has to cover, per axis, in units of 2⁻²⁵: rounding o' 2 (it may lie a
-//! little outside the cube), the corner of a box 1 and widening it 2; t'·d' with d' rounded, 2.1; b'·i − o'·i with i = 1/d' rounded, 4
-//! (in proportion to b' − o', of a size of up to 2), each product 2, their difference 4: together 19 < 32. Then b₀ ≤ o + t·d ≤ b₁
-//! for the true ray implies that the computed slab distances enclose t'. A product and a sum may be fused, which rounds less: here numbers
-//! only decide what is looked at, so not all instruction sets need the same bits.
-//! Where |d'| < 2⁻⁶⁰ its inverse is taken as ±2⁶⁰: over the ray's length that moves nothing by more than the slack, and a start
-//! within the widened slab is far inside it by that measure.
+//! Boxes are widened by [`SLACK`] = 2⁻²⁰. Positions that this has to cover, per axis, in units of 2⁻²⁵: rounding o' 2
+//! (it may lie a little outside the cube), the corner of a box 1 and widening it 2; t'·d' with d' rounded, 2.1; b'·i −
+//! o'·i with i = 1/d' rounded, 4 (in proportion to b' − o', of a size of up to 2), each product 2, their difference 4:
+//! together 19 < 32. Then b₀ ≤ o + t·d ≤ b₁ for the true ray implies that the computed slab distances enclose t'. A
+//! product and a sum may be fused, which rounds less: here numbers only decide what is looked at, so not all
+//! instruction sets need the same bits. Where |d'| < 2⁻⁶⁰ its inverse is taken as ±2⁶⁰: over the ray's length that
+//! moves nothing by more than the slack, and a start within the widened slab is far inside it by that measure.
 //!
 //! Based on: Timothy Kay and James Kajiya, "Ray Tracing Complex Scenes", 1986 (slabs); Thiago Ize, "Robust BVH Ray
 //! Traversal", 2013 (conservative bounds).
@@ -20,7 +20,9 @@ use glam::DVec3;
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::ray::Ray;
-use crate::simd::lanes::{Boxes, EightRays, LANES, Lanes, Narrow, Points, narrow};
+use crate::intersect::bundle::eight_rays::EightRays;
+use crate::objects::boxes::Boxes;
+use crate::simd::lanes::{LANES, Lanes, Narrow, Points, narrow};
 
 /// Octants of directions.
 pub(crate) const OCTANTS: usize = 8;
@@ -60,7 +62,7 @@ pub(crate) struct CulledRay {
     /// The upper end of t'; negative for a ray that is settled.
     pub(crate) t_max: f32,
     /// Whose ray it is.
-    pub(crate) probe: u32,
+    pub(crate) number: u32,
 }
 
 /// How t of a ray becomes t' = t·m − t₀.
@@ -99,7 +101,7 @@ pub(crate) struct CutRays {
 impl CutRays {
     /// A ray that meets the cube, and whose it is.
     #[inline]
-    pub(crate) fn get(&self, lane: usize, probe: u32) -> (CulledRay, Parameter) {
+    pub(crate) fn get(&self, lane: usize, number: u32) -> (CulledRay, Parameter) {
         let point = |p: &[[f32; LANES]; 3]| [p[0][lane], p[1][lane], p[2][lane]];
         let ray = CulledRay {
             origin: point(&self.origin),
@@ -108,7 +110,7 @@ impl CutRays {
             direction: point(&self.direction),
             per_length: self.per_length[lane],
             t_max: self.t_max[lane],
-            probe,
+            number,
         };
         (ray, Parameter { m: self.m[lane], t0: self.t0[lane] })
     }

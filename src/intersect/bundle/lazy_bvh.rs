@@ -1,17 +1,22 @@
-//! Objects divided by cost, where rays enter: the partition of the objects for arbitrary rays.
+//! A tree of boxes over the objects, for arbitrary rays: nodes of eight, built lazily where rays enter, dropped with
+//! the query.
 //!
-//! Objects are one part. When rays first enter a part, it is divided into up to eight, [`crate::intersect::bundle::sah`]: boxes that rays are
-//! asked about together, and behind each a part of its own or a group of up to eight triangles. What no ray enters is never
-//! divided. A division lasts as long as the query, for the windows of rays that come later; many objects are divided before
-//! the first ray comes, by all threads.
+//! It is a bounding volume hierarchy, of which only what rays enter exists, and nothing after the last ray: 63 bytes a
+//! triangle where rays enter all of it. The other paths have none: pencils keep 6 bytes a triangle.
+//!
+//! Objects are one part. When rays first enter a part, it is divided into up to eight,
+//! [`crate::intersect::bundle::sah`]: boxes that rays are asked about together, and behind each a part of its own or up
+//! to eight triangles, a leaf. What no ray enters is never divided. A division lasts as long as the query, for the
+//! streams of rays that come later; many objects are divided before the first ray comes, by all threads.
 //!
 //! Rays on other threads that enter a part while it is being divided wait for it.
 //!
-//! Children that are alike in capacity, so that a node's place tells all and nothing points anywhere, cost rays 1.4 (sponza), 1.0 (koala)
-//! and 1.6 times (chess) as many nodes, and 1.2, 1.1 and 1.7 times as many groups.
+//! Children that are alike in capacity, so that a node's place tells all and nothing points anywhere, cost rays 1.4
+//! (sponza), 1.0 (koala) and 1.6 times (chess) as many nodes, and 1.2, 1.1 and 1.7 times as many leaves.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011 (objects are divided where rays are); Timothy Kay and James Kajiya, "Ray Tracing Complex Scenes", 1986 (boxes).
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011 (objects are divided where rays are); Timothy Kay and James Kajiya, "Ray Tracing Complex Scenes",
+//! 1986 (boxes).
 
 use std::mem::size_of;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -24,9 +29,10 @@ use rayon::prelude::*;
 use crate::geometry::triangles::Triangles;
 use crate::intersect::bundle::cull_space::CullingSpace;
 use crate::intersect::bundle::sah::{FANOUT, Item, MANY, Section, divide};
+use crate::objects::boxes::Boxes;
 use crate::objects::gather::eight_corners;
 use crate::rays::hits::NO_TRIANGLE;
-use crate::simd::lanes::{Boxes, LANES, Narrow};
+use crate::simd::lanes::{LANES, Narrow};
 
 /// Divisions on the way from all objects to a part; deeper ones are by number alone. Real scenes have ten.
 const DEEP: u32 = 40;
@@ -34,7 +40,7 @@ const DEEP: u32 = 40;
 /// Eight triangles in the culling space. Lanes without one repeat another.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-pub(crate) struct Group {
+pub(crate) struct EightTriangles {
     /// The corners a.
     pub(crate) a: [[f32; LANES]; 3],
     /// b − a.
@@ -57,35 +63,35 @@ pub(crate) struct Part {
 /// A division of objects.
 #[derive(Debug)]
 pub(crate) struct Division {
-    /// Of the parts, then of the groups, in the culling space.
+    /// Of the parts, then of the leaves, in the culling space.
     pub(crate) boxes: Boxes,
     parts: Box<[Part]>,
-    groups: Box<[Group]>,
+    leaves: Box<[EightTriangles]>,
 }
 
 /// What stands behind a box.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Child<'a> {
-    /// More objects than a group has.
+    /// More objects than a leaf has.
     Part(&'a Part),
     /// Up to eight triangles.
-    Group(&'a Group),
+    Triangles(&'a EightTriangles),
 }
 
 /// Triangles, divided by cost where rays enter.
 #[derive(Debug)]
-pub(crate) struct CostDivided<'a> {
+pub(crate) struct LazyBvh<'a> {
     triangles: &'a Triangles<'a>,
     space: CullingSpace,
     level: Level,
     all: Part,
     /// Bytes of divisions.
     bytes: AtomicUsize,
-    /// Objects that are not in groups.
+    /// Objects that are not in leaves.
     undivided: AtomicUsize,
 }
 
-impl<'a> CostDivided<'a> {
+impl<'a> LazyBvh<'a> {
     /// All triangles. O(n log n) for them and the rays together.
     pub(crate) fn new(triangles: &'a Triangles<'a>, space: CullingSpace, level: Level) -> Self {
         // In range: there are fewer than 2³² triangles.
@@ -125,31 +131,31 @@ impl<'a> CostDivided<'a> {
         let sections =
             if items.is_empty() { Vec::new() } else { divide(self.level, &mut items, part.depth >= DEEP) };
         let division = dispatch!(self.level, simd => self.divided(simd, &items, &sections, part.depth + 1));
-        let groups = division.groups.len() * size_of::<Group>();
+        let leaves = division.leaves.len() * size_of::<EightTriangles>();
         let parts = division.parts.len() * size_of::<Part>();
-        self.bytes.fetch_add(size_of::<Division>() + groups + parts, Ordering::Relaxed);
+        self.bytes.fetch_add(size_of::<Division>() + leaves + parts, Ordering::Relaxed);
         Box::new(division)
     }
 
     #[inline(always)]
     fn divided<S: Simd>(&self, simd: S, items: &[Item], sections: &[Section], depth: u32) -> Division {
         let (mut boxes, mut lane) = (Boxes::EMPTY, 0);
-        let (mut parts, mut groups, mut in_groups) = (Vec::new(), Vec::new(), 0);
+        let (mut parts, mut leaves, mut in_leaves) = (Vec::new(), Vec::new(), 0);
         let are_parts = sections.iter().filter(|section| section.objects.len() > FANOUT);
-        let are_groups = sections.iter().filter(|section| section.objects.len() <= FANOUT);
-        for section in are_parts.chain(are_groups) {
+        let are_leaves = sections.iter().filter(|section| section.objects.len() <= FANOUT);
+        for section in are_parts.chain(are_leaves) {
             let items = &items[section.objects.clone()];
             boxes.set(lane, &section.bounds);
             lane += 1;
             if items.len() > FANOUT {
                 parts.push(Part::new(items.to_vec(), depth));
             } else {
-                groups.push(Group::new(simd, self.triangles, &self.space, items));
-                in_groups += items.len();
+                leaves.push(EightTriangles::new(simd, self.triangles, &self.space, items));
+                in_leaves += items.len();
             }
         }
-        self.undivided.fetch_sub(in_groups, Ordering::Relaxed);
-        Division { boxes, parts: parts.into(), groups: groups.into() }
+        self.undivided.fetch_sub(in_leaves, Ordering::Relaxed);
+        Division { boxes, parts: parts.into(), leaves: leaves.into() }
     }
 
     /// Bytes: what all objects took before they were divided, while their first parts were made, or what there is now.
@@ -176,8 +182,8 @@ impl Child<'_> {
     #[inline]
     pub(crate) fn prefetch(self) {
         match self {
-            // The vectors that begin the five lines of a group.
-            Self::Group(Group { a, e1, e2, .. }) => {
+            // The vectors that begin the five lines of a leaf.
+            Self::Triangles(EightTriangles { a, e1, e2, .. }) => {
                 let begins = [&a[0], &a[2], &e1[1], &e2[0], &e2[2]];
                 begins.into_iter().for_each(|vector| prefetch_index(vector, 0));
             }
@@ -197,12 +203,12 @@ impl Division {
     pub(crate) fn child(&self, lane: usize) -> Child<'_> {
         match self.parts.get(lane) {
             Some(part) => Child::Part(part),
-            None => Child::Group(&self.groups[lane - self.parts.len()]),
+            None => Child::Triangles(&self.leaves[lane - self.parts.len()]),
         }
     }
 }
 
-impl Group {
+impl EightTriangles {
     /// One triangle or up to eight.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(
@@ -251,7 +257,7 @@ mod tests {
         let triangles = Triangles::new(positions, &indices).expect("valid triangles");
         let space = CullingSpace::over(&triangles.position_bounds()).expect("a space");
         let level = Isa::Auto.level().expect("every machine has one");
-        let divided = CostDivided::new(&triangles, space, level);
+        let divided = LazyBvh::new(&triangles, space, level);
         let mut seen = vec![0; triangles.len()];
         let mut parts = vec![(divided.all(), Aabb { lo: [-1.0; 3], hi: [1.0; 3] })];
         while let Some((part, around)) = parts.pop() {
@@ -263,8 +269,8 @@ mod tests {
                 }
                 assert_eq!(bounds.union(around), around, "{bounds:?} in {around:?}");
                 match division.child(lane) {
-                    Child::Group(group) => {
-                        for id in group.ids.into_iter().filter(|&id| id != NO_TRIANGLE) {
+                    Child::Triangles(eight) => {
+                        for id in eight.ids.into_iter().filter(|&id| id != NO_TRIANGLE) {
                             seen[id as usize] += 1;
                             let own = space.aabb(&triangles.bounds(id));
                             assert_eq!(own.union(bounds), bounds, "triangle {id}");
@@ -274,18 +280,18 @@ mod tests {
                 }
             }
         }
-        assert!(seen.iter().all(|&count| count == 1), "each triangle stands in one group");
+        assert!(seen.iter().all(|&count| count == 1), "each triangle stands in one leaf");
     }
 
     #[test]
-    fn every_triangle_stands_in_one_group_and_all_boxes_around_it() {
+    fn every_triangle_stands_in_one_leaf_and_all_boxes_around_it() {
         for count in [1, 8, 9, 64, 65, 999, 5000] {
             check(&scattered(count, 1.0));
         }
     }
 
     #[test]
-    fn points_without_triangles_are_one_empty_group() {
+    fn points_without_triangles_are_one_empty_leaf() {
         check(&[[0.0; 3], [1.0; 3]]);
     }
 

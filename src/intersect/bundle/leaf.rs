@@ -1,18 +1,20 @@
 //! The filter of the leaf of bundles: one ray against eight triangles in f32. What it lets pass is tested exactly.
 //!
-//! The ray's origin is moved along it to o'' near the triangles' middle: then everything is small. With T = o'' − a, P = d×E₂,
-//! Q = T×E₁ (Möller and Trumbore): u = T·P, v = d·Q, w = E₁·P − u − v have one sign, or are all zero, where the ray's line meets
-//! the triangle.
+//! The ray's origin is moved along it to o'' near the triangles' middle: then everything is small. With T = o'' − a, P
+//! = d×E₂, Q = T×E₁ (Möller and Trumbore): u = T·P, v = d·Q, w = E₁·P − u − v have one sign, or are all zero, where the
+//! ray's line meets the triangle.
 //!
-//! Errors, for lines that meet a triangle, so that o'' is within 3.5 of the middle. Let ε = 2⁻²³. Per axis T is off by at most
-//! η = 7ε: o' ε/2, t·d with d rounded 0.9ε, fl(t·d) ε, its sum with o' 2ε, a ε/4, the difference 2ε. Corners are rounded, so E₁ and E₂ are off by
-//! ε. With 1-norms τ = |T| and E = |E₁| + |E₂| ≤ 12, each |Eᵢ| ≤ 6, and |d|∞ = 1:
+//! Errors, for lines that meet a triangle, so that o'' is within 3.5 of the middle. Let ε = 2⁻²³. Per axis T is off by
+//! at most η = 7ε: o' ε/2, t·d with d rounded 0.9ε, fl(t·d) ε, its sum with o' 2ε, a ε/4, the difference 2ε. Corners
+//! are rounded, so E₁ and E₂ are off by ε. With 1-norms τ = |T| and E = |E₁| + |E₂| ≤ 12, each |Eᵢ| ≤ 6, and |d|∞ = 1:
 //!
-//! - |Δu| ≤ 2η|E₂| + 2ετ + 2.75ε·τ|E₂| (the last is d rounded and five roundings of the products and sums); so for v with E₁.
-//!   As |Eᵢ| ≤ 6, both are below 19ετ + 14εE < 2⁻¹⁸(τ + E), where 2⁻¹⁸ = 32ε.
-//! - E₁·P is off by at most 2εE + 2.75ε|E₁||E₂| < 11εE, and w by the sum of all and its own two roundings: below 3·2⁻¹⁸(τ + E).
-//! - E₂·Q is off by at most ηE²/4 + 2ετE + 2.75ε·3τE < 11ε(τ + E)E. With the line's end at s beyond o'' and |E₂·Q/E₁·P| ≤ τ + E, a hit before
-//!   the end has ±E₂·Q − |E₁·P|s < 11ε(τ + E)E + 11ε(τ + E + |s|)E < 2⁻¹⁸(τ + E + |s|)E, whichever sign E₁·P is computed to have.
+//! - |Δu| ≤ 2η|E₂| + 2ετ + 2.75ε·τ|E₂| (the last is d rounded and five roundings of the products and sums); so for v
+//!   with E₁. As |Eᵢ| ≤ 6, both are below 19ετ + 14εE < 2⁻¹⁸(τ + E), where 2⁻¹⁸ = 32ε.
+//! - E₁·P is off by at most 2εE + 2.75ε|E₁||E₂| < 11εE, and w by the sum of all and its own two roundings: below
+//!   3·2⁻¹⁸(τ + E).
+//! - E₂·Q is off by at most ηE²/4 + 2ετE + 2.75ε·3τE < 11ε(τ + E)E. With the line's end at s beyond o'' and |E₂·Q/E₁·P|
+//!   ≤ τ + E, a hit before the end has ±E₂·Q − |E₁·P|s < 11ε(τ + E)E + 11ε(τ + E + |s|)E < 2⁻¹⁸(τ + E + |s|)E,
+//!   whichever sign E₁·P is computed to have.
 //!
 //! A product and a sum may be fused, which rounds less.
 //!
@@ -21,7 +23,7 @@
 use fearless_simd::{prelude::*, u32x8};
 
 use crate::intersect::bundle::cull_space::CulledRay;
-use crate::intersect::bundle::lazy_bvh::Group;
+use crate::intersect::bundle::lazy_bvh::EightTriangles;
 use crate::rays::hits::NO_TRIANGLE;
 use crate::simd::lanes::{LANES, Narrow};
 
@@ -29,7 +31,7 @@ use crate::simd::lanes::{LANES, Narrow};
 const ERROR: f32 = 1.0 / (1 << 18) as f32;
 
 /// Eight triangles in the culling space.
-pub(crate) struct GroupTriangles<S: Simd> {
+pub(crate) struct EightLoaded<S: Simd> {
     a: [Narrow<S>; 3],
     e1: [Narrow<S>; 3],
     e2: [Narrow<S>; 3],
@@ -42,10 +44,10 @@ pub(crate) struct GroupTriangles<S: Simd> {
     present: u64,
 }
 
-impl<S: Simd> GroupTriangles<S> {
-    /// The triangles of a group around a point.
+impl<S: Simd> EightLoaded<S> {
+    /// The triangles around a point.
     #[inline(always)]
-    pub(crate) fn new(simd: S, group: &Group, middle: [f32; 3]) -> Self {
+    pub(crate) fn new(simd: S, eight: &EightTriangles, middle: [f32; 3]) -> Self {
         let load = |p: &[[f32; LANES]; 3]| {
             [
                 Narrow::load_array_ref(simd, &p[0]),
@@ -53,10 +55,10 @@ impl<S: Simd> GroupTriangles<S> {
                 Narrow::load_array_ref(simd, &p[2]),
             ]
         };
-        let (a, e1, e2) = (load(&group.a), load(&group.e1), load(&group.e2));
+        let (a, e1, e2) = (load(&eight.a), load(&eight.e1), load(&eight.e2));
         let ([x1, y1, z1], [x2, y2, z2]) = (e1, e2);
         let size = x1.abs() + y1.abs() + z1.abs() + (x2.abs() + y2.abs() + z2.abs());
-        let ids = u32x8::load_array_ref(simd, &group.ids);
+        let ids = u32x8::load_array_ref(simd, &eight.ids);
         let present = !ids.simd_eq(u32x8::splat(simd, NO_TRIANGLE));
         Self { a, e1, e2, size, middle, ids, present: present.to_bitmask() }
     }
@@ -143,9 +145,9 @@ mod tests {
                 assert_eq!(cut.meeting, 255, "{ray:?} misses the scene");
                 let (culled, _) = cut.get(3, 0);
                 let candidates = dispatch!(level, simd => {
-                    let group = Group::new(simd, &triangles, &space, &[Item::new(&triangles, &space, 0)]);
-                    let middle = [0, 1, 2].map(|k| group.a[k][0]);
-                    GroupTriangles::new(simd, &group, middle).candidates(&culled)
+                    let eight = EightTriangles::new(simd, &triangles, &space, &[Item::new(&triangles, &space, 0)]);
+                    let middle = [0, 1, 2].map(|k| eight.a[k][0]);
+                    EightLoaded::new(simd, &eight, middle).candidates(&culled)
                 });
                 assert_eq!(candidates & 1, 1, "{ray:?} {positions:?}");
             }

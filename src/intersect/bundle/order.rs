@@ -1,12 +1,13 @@
 //! The order of arbitrary rays: by where they begin, along Lebesgue's (Morton's) curve over the scene.
 //!
-//! Rays of a window then go through the same parts of the scene, whatever order they were given in. They are ordered in chunks,
-//! each by one thread, so that what is read at random stays in the cache. Of 2 million diffuse-bounce rays in the order of a picture,
-//! windows meet 0.54 (sponza) to 0.6 (koala, chess) as many nodes, which pays for the ordering and no more; in a random order, the
-//! time is 0.8 of what it was. Origins outside the scene count for the cells at its border.
+//! Rays of a stream then go through the same parts of the scene, whatever order they were given in. They are ordered in
+//! chunks, each by one thread, so that what is read at random stays in the cache. Of 2 million diffuse-bounce rays in
+//! the order of a picture, streams meet 0.54 (sponza) to 0.6 (koala, chess) as many nodes, which pays for the ordering
+//! and no more; in a random order, the time is 0.8 of what it was. Origins outside the scene count for the cells at its
+//! border.
 //!
-//! All rays at once, by [`crate::objects::morton`], are no faster: what is saved goes into reading rays at random, and into the pages of 16
-//! bytes a ray. Chunks of 2¹⁵ gain half as much in a random order.
+//! All rays at once, by [`crate::objects::morton`], are no faster: what is saved goes into reading rays at random, and
+//! into the pages of 16 bytes a ray. Chunks of 2¹⁵ gain half as much in a random order.
 //!
 //! Based on: Guy Morton, "A Computer Oriented Geodetic Data Base", 1966; Bochang Moon et al., "Cache-Oblivious Ray
 //! Reordering", 2010.
@@ -16,7 +17,7 @@ use std::ops::Range;
 use fearless_simd::{prelude::*, u32x8};
 
 use crate::intersect::bundle::cull_space::{CullingSpace, OCTANTS, octant};
-use crate::intersect::ray_set::{A_RAY, Probes};
+use crate::intersect::ray_set::{A_RAY, RaySet};
 use crate::objects::gather;
 use crate::objects::morton::spread;
 use crate::simd::lanes::{LANES, Narrow};
@@ -30,13 +31,13 @@ const CELLS: usize = (SIDE * SIDE * SIDE) as usize;
 /// The place of the octant in an entry, above the number of the ray in its chunk.
 const OCTANT: u32 = 24;
 
-/// A probe of a chunk, and the octant of its ray.
+/// A ray of a chunk, and its octant.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Entry(u32);
 
 impl Entry {
-    /// The probe, given the first one of its chunk.
-    pub(crate) fn probe(self, first: u32) -> u32 {
+    /// The number of the ray, given the first one of its chunk.
+    pub(crate) fn number(self, first: u32) -> u32 {
         first + (self.0 & ((1 << OCTANT) - 1))
     }
 
@@ -56,12 +57,12 @@ pub(crate) struct RayOrder {
 }
 
 impl RayOrder {
-    /// Orders the rays of some probes, at most [`CHUNK`]. O(n).
+    /// Orders the rays of a part of a set, at most [`CHUNK`]. O(n).
     #[inline(always)]
     pub(crate) fn of<S: Simd>(
         &mut self,
         simd: S,
-        probes: &Probes<'_>,
+        set: &RaySet<'_>,
         chunk: Range<u32>,
         space: &CullingSpace,
     ) -> &[Entry] {
@@ -70,9 +71,9 @@ impl RayOrder {
         for first in chunk.clone().step_by(LANES) {
             let count = LANES.min((chunk.end - first) as usize);
             let mut eight = [first; LANES];
-            (0..count).zip(first..).for_each(|(lane, probe)| eight[lane] = probe);
+            (0..count).zip(first..).for_each(|(lane, number)| eight[lane] = number);
             let mut made = [A_RAY; LANES];
-            let rays = probes.eight(eight, &mut made);
+            let rays = set.eight(eight, &mut made);
             let origins = rays.map(|ray| ray.origin.as_vec3().to_array());
             for (&cell, ray) in cells(simd, &origins, space).iter().zip(rays).take(count) {
                 next[cell as usize % CELLS] += 1;

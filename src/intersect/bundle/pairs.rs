@@ -1,17 +1,18 @@
-//! Rays against triangles, eight pairs at once: the f64 filter of [`crate::exact::predicates`] in lanes. What it leaves in doubt
-//! is decided one by one.
+//! Rays against triangles, eight pairs at once: the f64 filter of [`crate::exact::predicates`] in lanes. What it leaves
+//! in doubt is decided one by one.
 //!
-//! With A = a − o, E = b − a and so on, the edge function is e = d·(A×E), the normal N = (b − a)×(c − a), and
-//! t = (A·N)/(d·N). A pair is a hit where the signs of the three e and of A·N agree. Errors are those of
-//! [`crate::exact::filter`], with Σ|x_k|(|y_i z_j| + |y_j z_i|) ≤ 6|x|∞|y|∞|z|∞; A·N, of which exactly zero is common (rays leave
-//! walls along an axis), has the sum itself.
+//! With A = a − o, E = b − a and so on, the edge function is e = d·(A×E), the normal N = (b − a)×(c − a), and t =
+//! (A·N)/(d·N). A pair is a hit where the signs of the three e and of A·N agree. Errors are those of
+//! [`crate::exact::filter`], with Σ|x_k|(|y_i z_j| + |y_j z_i|) ≤ 6|x|∞|y|∞|z|∞; A·N, of which exactly zero is common
+//! (rays leave walls along an axis), has the sum itself.
 //!
 //! Products and sums may be fused: they round less then, and only what is certain counts.
 //!
-//! One by one a pair took 410 instructions; together, with reading them, it is about 250 (AVX2), and few branches are hard to guess.
+//! One by one a pair took 410 instructions; together, with reading them, it is about 250 (AVX2), and few branches are
+//! hard to guess.
 //!
-//! Based on: Jonathan Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997
-//! (filters).
+//! Based on: Jonathan Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates",
+//! 1997 (filters).
 
 use fearless_simd::{mask32x8, prelude::*, u32x8};
 
@@ -19,8 +20,10 @@ use crate::exact::filter::TRIPLE_PRODUCT_ERROR;
 use crate::geometry::aabb::U;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangles;
+use crate::intersect::bundle::eight_rays::EightRays;
+use crate::intersect::ray_set::Known;
 use crate::objects::gather;
-use crate::simd::lanes::{EightRays, LANES, LaneMask, Lanes, Points};
+use crate::simd::lanes::{LANES, LaneMask, Lanes, Points};
 
 /// What is known of eight pairs: bits, and bounds of t.
 #[derive(Debug, Clone, Copy)]
@@ -33,16 +36,6 @@ pub(crate) struct Verdicts {
     from_behind: u64,
     lo: [f64; LANES],
     hi: [f64; LANES],
-}
-
-/// What is known of a pair that certainly is a hit.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Known {
-    /// Bounds of t.
-    pub(crate) lo: f64,
-    pub(crate) hi: f64,
-    /// Whether d·N > 0.
-    pub(crate) from_behind: bool,
 }
 
 impl Verdicts {
@@ -168,8 +161,8 @@ impl Pairs {
         self.len
     }
 
-    /// Takes the first eight pairs, or what there is: their rays, their triangles, and how many they are. The rest of the eight
-    /// repeats the first.
+    /// Takes the first eight pairs, or what there is: their rays, their triangles, and how many they are. The rest of
+    /// the eight repeats the first.
     #[inline(always)]
     pub(crate) fn take(&mut self) -> ([u32; LANES], [u32; LANES], usize) {
         let count = self.len.min(LANES);

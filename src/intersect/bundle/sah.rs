@@ -1,15 +1,16 @@
 //! Objects divided by cost, in up to eight parts.
 //!
-//! The part with the largest surface is divided in two, again and again, until there are eight or all are groups. It is divided at the
-//! plane across one of the axes, out of [`BINS`] − 1 each, with the least A₁w(n₁) + A₂w(n₂): A are the surfaces of the boxes, to which the
-//! number of rays that meet them is proportional, and w(n) = n + 3⌈n/8⌉ is what n objects cost, in groups of eight. Without the second
-//! term groups have 5.8 objects instead of 6.5, and rays meet as many nodes and groups (0.97 to 1.01 times). Which part is divided
-//! next, by surface or by surface and number, changes nothing beyond 3 %.
+//! The part with the largest surface is divided in two, again and again, until there are eight or all are leaves. It is
+//! divided at the plane across one of the axes, out of [`BINS`] − 1 each, with the least A₁w(n₁) + A₂w(n₂): A are the
+//! surfaces of the boxes, to which the number of rays that meet them is proportional, and w(n) = n + 3⌈n/8⌉ is what n
+//! objects cost, eight by eight. Without the second term leaves have 5.8 objects instead of 6.5, and rays meet as many
+//! nodes and leaves (0.97 to 1.01 times). Which part is divided next, by surface or by surface and number, changes
+//! nothing beyond 3 %.
 //!
 //! Of many objects a sample of [`SAMPLE`] decides.
 //!
-//! Based on: Ingo Wald, "On Fast Construction of SAH-based Bounding Volume Hierarchies", 2007 (binning); Jeffrey Goldsmith and
-//! John Salmon, "Automatic Creation of Object Hierarchies for Ray Tracing", 1987 (cost).
+//! Based on: Ingo Wald, "On Fast Construction of SAH-based Bounding Volume Hierarchies", 2007 (binning); Jeffrey
+//! Goldsmith and John Salmon, "Automatic Creation of Object Hierarchies for Ray Tracing", 1987 (cost).
 
 use std::ops::Range;
 
@@ -20,7 +21,7 @@ use crate::geometry::triangles::Triangles;
 use crate::intersect::bundle::cull_space::CullingSpace;
 use crate::simd::lanes::{LANES, Narrow};
 
-/// Objects of a group, and parts that objects are divided into.
+/// Objects of a leaf, and parts that objects are divided into.
 pub(crate) const FANOUT: usize = LANES;
 /// Planes that are tried across each axis, and one.
 const BINS: usize = 16;
@@ -81,8 +82,8 @@ impl Section {
     }
 }
 
-/// Brings objects into an order in which up to eight parts are consecutive. By number alone if told so: then no part has more than
-/// about an eighth. Two threads share in dividing many.
+/// Brings objects into an order in which up to eight parts are consecutive. By number alone if told so: then no part
+/// has more than about an eighth. Two threads share in dividing many.
 pub(crate) fn divide(level: Level, items: &mut [Item], by_number: bool) -> Vec<Section> {
     if items.len() <= MANY {
         return dispatch!(level, simd => divide_greedily(simd, items, FANOUT, by_number));

@@ -1,15 +1,16 @@
 //! A shaft: one bound for rays with neither a common origin nor a common direction.
 //!
-//! It holds the box of the origins and that of the inverse directions, all of one octant. For a box, interval arithmetic bounds
-//! the slab distances of all rays at once; where even these bounds do not overlap, no ray meets it.
+//! It holds the box of the origins and that of the inverse directions, all of one octant. For a box, interval
+//! arithmetic bounds the slab distances of all rays at once; where even these bounds do not overlap, no ray meets it.
 //!
-//! Based on: Eric Haines and John Wallace, "Shaft Culling for Efficient Ray-Cast Radiosity", 1991; Solomon Boulos, Ingo Wald,
-//! Peter Shirley, "Geometric and Arithmetic Culling Methods for Entire Ray Packets", 2006.
+//! Based on: Eric Haines and John Wallace, "Shaft Culling for Efficient Ray-Cast Radiosity", 1991; Solomon Boulos, Ingo
+//! Wald, Peter Shirley, "Geometric and Arithmetic Culling Methods for Entire Ray Packets", 2006.
 
 use fearless_simd::prelude::*;
 
 use crate::intersect::bundle::cull_space::{CulledRay, SLACK};
-use crate::simd::lanes::{Boxes, LANES, Narrow};
+use crate::objects::boxes::Boxes;
+use crate::simd::lanes::{LANES, Narrow};
 
 /// A bound for rays of one octant.
 #[derive(Debug, Clone, Copy)]
@@ -72,7 +73,8 @@ impl Shaft {
         first.simd_le(last).to_bitmask()
     }
 
-    /// The boxes that any ray may meet, by the numbers of those rays: those first whose middles lie first along the mean direction.
+    /// The boxes that any ray may meet, by the numbers of those rays: those first whose middles lie first along the
+    /// mean direction.
     pub(crate) fn near_first(&self, boxes: &Boxes, rays: &[usize; LANES]) -> ([usize; LANES], usize) {
         let (mut near_first, mut kept) = ([0; LANES], 0);
         let mut keys = [0.0; LANES];

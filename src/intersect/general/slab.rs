@@ -1,9 +1,10 @@
 //! A ray as slab tests want it: with the inverse of its direction, so that no test divides.
 //!
 //! **Slack.** The exact distance of a plane is (b − o)/d. Computed as (b − o)·r, r = 1/d, it has four roundings: of the
-//! difference, of r, of the product, and of d, which may be a rounded difference. Widening it rounds twice more: at most 6u and
-//! terms of second order in all; 8u pay for it. Nothing overflows or underflows: origins are multiples of 2⁻¹⁴⁹ below 2¹²⁹, so
-//! b − o is 0 or in [2⁻¹⁴⁹, 2¹³⁰]; components of d are 0 or in [2⁻²⁴⁰, 2¹⁹⁰], so r is in [2⁻¹⁹⁰, 2²⁴⁰].
+//! difference, of r, of the product, and of d, which may be a rounded difference. Widening it rounds twice more: at
+//! most 6u and terms of second order in all; 8u pay for it. Nothing overflows or underflows: origins are multiples of
+//! 2⁻¹⁴⁹ below 2¹²⁹, so b − o is 0 or in [2⁻¹⁴⁹, 2¹³⁰]; components of d are 0 or in [2⁻²⁴⁰, 2¹⁹⁰], so r is in [2⁻¹⁹⁰,
+//! 2²⁴⁰].
 //!
 //! Based on: Timothy Kay and James Kajiya, "Ray Tracing Complex Scenes", 1986 (slabs); Thiago Ize, "Robust BVH Ray
 //! Traversal", 2013 (rounding).
@@ -40,8 +41,8 @@ impl Slabs {
 
     /// Whether the ray may meet the box at some t in \[t_min, t_max\].
     ///
-    /// May keep what is missed, never drops what is hit. Every drop is a strict comparison of rounded-outward bounds, so NaN
-    /// keeps the box.
+    /// May keep what is missed, never drops what is hit. Every drop is a strict comparison of rounded-outward bounds,
+    /// so NaN keeps the box.
     #[inline]
     pub(crate) fn may_meet(&self, bounds: &Aabb, t_max: f64) -> bool {
         let (lo, hi) = bounds.corners();

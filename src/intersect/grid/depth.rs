@@ -1,12 +1,12 @@
 //! The nearest hit of each ray of a tile, while it is worked on.
 //!
-//! Each ray keeps an interval that holds its depth key, see [`crate::intersect::grid::tile_keys`], and the number of a record: the id of
-//! the triangle and its key as a function of column and row, in f64. The interval decides the order wherever it can; where
-//! those of two triangles overlap, the exact order decides. The record gives the distance at the end, for all rays of a row
-//! that hit the same triangle at once.
+//! Each ray keeps an interval that holds its depth key, see [`crate::intersect::grid::tile_keys`], and the number of a
+//! record: the id of the triangle and its key as a function of column and row, in f64. The interval decides the order
+//! wherever it can; where those of two triangles overlap, the exact order decides. The record gives the distance at the
+//! end, for all rays of a row that hit the same triangle at once.
 //!
-//! Records of triangles that have been hidden since are dropped when there is no room for more: a tile has fewer rays than
-//! records.
+//! Records of triangles that have been hidden since are dropped when there is no room for more: a tile has fewer rays
+//! than records.
 //!
 //! Based on: Edwin Catmull, "A Subdivision Algorithm for Computer Display of Curved Surfaces", 1974 (the z-buffer).
 
@@ -17,7 +17,8 @@ use fearless_simd::{prelude::*, u32x8};
 use crate::intersect::grid::tile_keys::{SIDE, TileKeys, eight_mut};
 use crate::simd::lanes::{Narrow, NarrowMask};
 
-/// Keys that err by no more than this part of themselves give the distance: 1 in 4000 is then rounded by the exact stage.
+/// Keys that err by no more than this part of themselves give the distance: 1 in 4000 is then rounded by the exact
+/// stage.
 pub(crate) const KEY_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
 /// Room for records: what a tile's rays may need, and some more, so that records are dropped rarely.
 const RECORDS: usize = SIDE * SIDE + 512;

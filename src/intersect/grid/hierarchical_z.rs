@@ -1,7 +1,7 @@
 //! Hierarchical z: what lies behind all rays of a block of a tile is hidden from them.
 //!
-//! Keys are greater where things are nearer. Each block of 8x8 columns and rows keeps a lower bound of its rays' keys. A
-//! bound that is out of date is still one, so it is refreshed now and then only, by rows of blocks.
+//! Keys are greater where things are nearer. Each block of 8x8 columns and rows keeps a lower bound of its rays' keys.
+//! A bound that is out of date is still one, so it is refreshed now and then only, by rows of blocks.
 //!
 //! Based on: Ned Greene, Michael Kass, Gavin Miller, "Hierarchical Z-Buffer Visibility", 1993; Jon Hasselgren, Magnus
 //! Andersson, Tomas Akenine-Möller, "Masked Software Occlusion Culling", 2016 (lazy updates).
@@ -10,13 +10,11 @@ use std::ops::Range;
 
 use fearless_simd::prelude::*;
 
-use crate::intersect::grid::tiles::Rect;
-use crate::simd::lanes::{LANES, Narrow};
+use crate::intersect::pencil::rect::{Rect, TILE_SIDE};
+use crate::simd::lanes::{LANES, Narrow, least_of};
 
 /// Rays along one side of a block: as many as there are lanes.
 pub(crate) const BLOCK_SIDE: u32 = 8;
-/// Rays along one side of a tile: its buffer, 12 bytes per ray, stays in the second-level cache.
-pub(crate) const TILE_SIDE: u32 = 64;
 /// Blocks along one side of a tile: as many as there are lanes.
 pub(crate) const TILE_BLOCKS: u32 = TILE_SIDE / BLOCK_SIDE;
 
@@ -96,10 +94,4 @@ impl HierarchicalZ {
     pub(crate) fn far<S: Simd>(&self, simd: S, by: u32) -> Narrow<S> {
         Narrow::load_array_ref(simd, &self.far[(by % TILE_BLOCKS) as usize])
     }
-}
-
-/// The least lane; none is NaN.
-#[inline(always)]
-pub(crate) fn least_of<S: Simd>(lanes: Narrow<S>) -> f32 {
-    lanes.to_array().into_iter().fold(f32::INFINITY, |least, x| if x < least { x } else { least })
 }

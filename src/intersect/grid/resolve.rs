@@ -1,8 +1,8 @@
 //! Ids and distances of a tile's rays, at its end.
 //!
-//! A ray refers to a record, which gives its key in f64 as a function of column and row; the distance is 1/key, or −key at
-//! infinity. Rays of a row that share a record are done together. Where the key's error leaves doubt about the nearest f32,
-//! the exact stage rounds.
+//! A ray refers to a record, which gives its key in f64 as a function of column and row; the distance is 1/key, or −key
+//! at infinity. Rays of a row that share a record are done together. Where the key's error leaves doubt about the
+//! nearest f32, the exact stage rounds.
 //!
 //! Based on: Michael Deering et al., "The Triangle Processor and Normal Vector Shader", 1988 (deferred evaluation).
 
@@ -11,13 +11,15 @@ use fearless_simd::{dispatch, prelude::*, u32x8};
 use crate::exact::predicates::Distance;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangles;
+use crate::intersect::context::Context;
 use crate::intersect::grid::depth::{KEY_ERROR, Record, TileDepth};
 use crate::intersect::grid::hierarchical_z::BLOCK_SIDE;
 use crate::intersect::grid::tile_keys::{SIDE, eight};
-use crate::intersect::grid::tiles::{Row, Window};
+use crate::intersect::grid::tiles::Window;
 use crate::intersect::pencil::leaf::{FilmQuery, Tile};
-use crate::rays::hits::NO_TRIANGLE;
-use crate::rays::pencil::Origin;
+use crate::intersect::pencil::viewport::Viewport;
+use crate::rays::hits::{NO_TRIANGLE, Row};
+use crate::rays::origin::Origin;
 use crate::simd::lanes::{LANES, Lanes, Narrow, NarrowMask, bits, narrow};
 
 /// The error of a key for 1/key and −key, with their roundings and that of the key to f32.
@@ -32,7 +34,7 @@ impl Tile<'_, TileDepth> {
     /// Writes what the rays have hit.
     pub(crate) fn write(&self, window: &mut Window<'_>) {
         if self.work.depth.keys.ready {
-            dispatch!(self.query.level, simd => self.write_lanes(simd, window));
+            dispatch!(self.query.context.level, simd => self.write_lanes(simd, window));
         } else {
             window.miss();
         }
@@ -40,10 +42,11 @@ impl Tile<'_, TileDepth> {
 
     #[inline(always)]
     fn write_lanes<S: Simd>(&self, simd: S, window: &mut Window<'_>) {
-        let FilmQuery { origin, film, triangles, .. } = self.query;
+        let FilmQuery { context: Context { triangles, .. }, view: Viewport { origin, film, .. }, .. } =
+            self.query;
         for (j, row) in (0..).zip(&mut window.rows) {
             let ray = |i| origin.ray(film.at(self.rect.x0 + i, self.rect.y0 + j));
-            self.work.depth.write(simd, j, row, (origin, triangles), ray);
+            self.work.depth.write(simd, j, row, (*origin, triangles), ray);
         }
     }
 }

@@ -1,16 +1,18 @@
-//! The last step of the leaf: a triangle that was set up against the rays of a tile, block by block (8x8 rays), row by row.
+//! The last step of the leaf: a triangle that was set up against the rays of a tile, block by block (8x8 rays), row by
+//! row.
 //!
-//! Triangles of at most eight columns go straight to the rows. For others a row of eight blocks is looked at together: blocks
-//! on which an edge function is negative are dropped, so are those where the triangle lies behind all that they have hit,
-//! and where all edge functions are positive they are not evaluated again. Where the bound of f32 leaves doubt about a
-//! ray, the exact stage decides: it asks f64 first.
+//! Triangles of at most eight columns go straight to the rows. For others a row of eight blocks is looked at together:
+//! blocks on which an edge function is negative are dropped, so are those where the triangle lies behind all that they
+//! have hit, and where all edge functions are positive they are not evaluated again. Where the bound of f32 leaves
+//! doubt about a ray, the exact stage decides: it asks f64 first.
 //!
-//! The rows are f32: on fourteen real scenes 0.015 % of the samples are left in doubt, and eight rays fit one register of
-//! AVX2. Rows of f64 took twice as many instructions for a frame (koala: 308 million with them and what else was new since,
-//! now 131). Keys of f64 kept per ray were written with masked stores, 7 % of the time on sponza: hits refer to records now.
+//! The rows are f32: on fourteen real scenes 0.015 % of the samples are left in doubt, and eight rays fit one register
+//! of AVX2. Rows of f64 took twice as many instructions for a frame (koala: 308 million with them and what else was new
+//! since, now 131). Keys of f64 kept per ray were written with masked stores, 7 % of the time on sponza: hits refer to
+//! records now.
 //!
-//! Tried and dropped: small triangles side by side, the lanes being triangles instead of rays. Their hits must be kept one by
-//! one: 2 % fewer instructions for a million triangles, 2 % more on koala, whichever size counted as small.
+//! Tried and dropped: small triangles side by side, the lanes being triangles instead of rays. Their hits must be kept
+//! one by one: 2 % fewer instructions for a million triangles, 2 % more on koala, whichever size counted as small.
 //!
 //! Based on: Juan Pineda, "A Parallel Algorithm for Polygon Rasterization", 1988 (edge functions); Ned Greene,
 //! "Hierarchical Polygon Tiling with Coverage Masks", 1996.
@@ -22,13 +24,12 @@ use fearless_simd::prelude::*;
 use crate::exact::predicates::covers;
 use crate::geometry::ray::Ray;
 use crate::intersect::grid::depth::{Candidate, Record, TileDepth};
-use crate::intersect::grid::hierarchical_z::{BLOCK_SIDE, TILE_SIDE};
-use crate::intersect::grid::tiles::Rect;
+use crate::intersect::grid::hierarchical_z::BLOCK_SIDE;
 use crate::intersect::pencil::leaf::{FilmQuery, LeafDepth, Tile};
+use crate::intersect::pencil::rect::{Rect, TILE_SIDE};
 use crate::intersect::pencil::setup::Setups;
-use crate::intersect::scattered::depth::precedes;
-use crate::options::Accuracy;
-use crate::rays::pencil::Origin;
+use crate::rays::hits::precedes;
+use crate::rays::origin::Origin;
 use crate::simd::lanes::{LANES, Narrow, bits};
 use crate::stats::Stats;
 
@@ -73,7 +74,8 @@ struct OnColumns<S: Simd> {
 }
 
 impl<S: Simd> OnColumns<S> {
-    /// On the columns from `x` on. No closures over vectors: they would lose the instruction set and be called, not inlined.
+    /// On the columns from `x` on. No closures over vectors: they would lose the instruction set and be called, not
+    /// inlined.
     #[inline(always)]
     fn new(simd: S, setups: &Setups, lane: usize, x: u32) -> Self {
         let columns = Narrow::load_array(simd, COLUMNS) + x as f32;
@@ -186,8 +188,8 @@ impl Tile<'_, TileDepth> {
         hit
     }
 
-    /// Of some blocks of a row of blocks: those that a triangle may meet, given its lane and an upper bound of its keys, and
-    /// those on which all rays are inside.
+    /// Of some blocks of a row of blocks: those that a triangle may meet, given its lane and an upper bound of its
+    /// keys, and those on which all rays are inside.
     #[inline(always)]
     fn classify<S: Simd>(&self, simd: S, (lane, greatest): (usize, f32), by: u32, blocks: u64) -> (u64, u64) {
         let lane = lane % LANES;
@@ -209,8 +211,8 @@ impl Tile<'_, TileDepth> {
         (met, inside & met)
     }
 
-    /// Tests one triangle against eight columns of some rows of rays, all of them `INSIDE` its edges or not; tells whether
-    /// any of them hit it.
+    /// Tests one triangle against eight columns of some rows of rays, all of them `INSIDE` its edges or not; tells
+    /// whether any of them hit it.
     #[inline(always)]
     fn intersect_rows<S: Simd, const INSIDE: bool>(
         &mut self,
@@ -219,9 +221,9 @@ impl Tile<'_, TileDepth> {
         (x, rows): (u32, Range<u32>),
         stats: &mut Stats,
     ) -> bool {
-        let FilmQuery { origin, accuracy, any, .. } = self.query;
+        let FilmQuery { context, view, any, .. } = self.query;
         let zero = Narrow::simd_from(simd, 0.0);
-        let doubt = if accuracy == Accuracy::Exact { 1.0 } else { 0.0 };
+        let doubt = context.doubt();
         let triangle = OnColumns::new(simd, &self.work.setups, primitive.lane, x);
         stats.blocks += 1;
         stats.samples_tested += u64::from(rows.end - rows.start) * LANES as u64;
@@ -246,7 +248,7 @@ impl Tile<'_, TileDepth> {
             if !INSIDE {
                 sure &= least.simd_gt(doubt);
             }
-            if matches!(origin, Origin::Infinity(_)) {
+            if matches!(view.origin, Origin::Infinity(_)) {
                 // Rays start at their start points.
                 kept &= lo.simd_le(zero).to_bitmask();
                 sure &= hi.simd_lt(zero);
@@ -292,16 +294,16 @@ impl Tile<'_, TileDepth> {
         (i, j): (u32, u32),
         stats: &mut Stats,
     ) -> bool {
-        let FilmQuery { origin, film, accuracy, any, triangles, .. } = self.query;
+        let FilmQuery { context, view, any, .. } = self.query;
+        let (triangles, exact) = (context.triangles, context.is_exact());
         if i >= self.rect.width() || j >= self.rect.height() {
             return false;
         }
         stats.doubtful_samples += 1;
-        let ray = || -> Ray { origin.ray(film.at(self.rect.x0 + i, self.rect.y0 + j)) };
-        let exact = accuracy == Accuracy::Exact;
+        let ray = || -> Ray { view.origin.ray(view.film.at(self.rect.x0 + i, self.rect.y0 + j)) };
         if exact {
             let triangle = triangles.triangle(id);
-            if !covers(&ray(), &triangle, origin.ties(), &mut stats.ambiguous_coverage) {
+            if !covers(&ray(), &triangle, view.origin.ties(), &mut stats.ambiguous_coverage) {
                 return false;
             }
         }

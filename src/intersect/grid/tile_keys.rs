@@ -1,14 +1,15 @@
 //! Bounds of the depth keys of a tile's rays, and the farthest of its blocks.
 //!
-//! Each ray keeps an interval of f32 that holds the key (greater is nearer) of what it has hit. The farthest of a block, see
-//! [`crate::intersect::grid::hierarchical_z`], is known only once all of its rays have hit something.
+//! Each ray keeps an interval of f32 that holds the key (greater is nearer) of what it has hit. The farthest of a
+//! block, see [`crate::intersect::grid::hierarchical_z`], is known only once all of its rays have hit something.
 //!
 //! Based on: Edwin Catmull, "A Subdivision Algorithm for Computer Display of Curved Surfaces", 1974 (the z-buffer).
 
 use fearless_simd::prelude::*;
 
-use crate::intersect::grid::hierarchical_z::{HierarchicalZ, TILE_SIDE, least_of};
-use crate::simd::lanes::{LANES, Narrow, NarrowMask, bits};
+use crate::intersect::grid::hierarchical_z::HierarchicalZ;
+use crate::intersect::pencil::rect::TILE_SIDE;
+use crate::simd::lanes::{LANES, Narrow, NarrowMask, bits, least_of};
 
 /// Rays along one side of a tile.
 pub(crate) const SIDE: usize = TILE_SIDE as usize;
@@ -107,8 +108,8 @@ impl TileKeys {
         Narrow::from_slice(simd, eight(&self.hi[y as usize % SIDE], x))
     }
 
-    /// Keeps bounds for some of eight rays from column `x` of row `y`, the others having the second of the bounds. The row
-    /// of blocks is to be told by [`HierarchicalZ::mark_stale`].
+    /// Keeps bounds for some of eight rays from column `x` of row `y`, the others having the second of the bounds. The
+    /// row of blocks is to be told by [`HierarchicalZ::mark_stale`].
     #[inline(always)]
     pub(crate) fn keep<S: Simd>(
         &mut self,

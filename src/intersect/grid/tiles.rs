@@ -2,32 +2,8 @@
 
 use rayon::prelude::*;
 
-use crate::rays::hits::Hits;
-use crate::rays::hits::NO_TRIANGLE;
-
-/// Columns `columns` and rows `rows` of a film, half open.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Rect {
-    pub(crate) x0: u32,
-    pub(crate) y0: u32,
-    pub(crate) x1: u32,
-    pub(crate) y1: u32,
-}
-
-impl Rect {
-    /// Columns.
-    pub(crate) fn width(&self) -> u32 {
-        self.x1 - self.x0
-    }
-
-    /// Rows.
-    pub(crate) fn height(&self) -> u32 {
-        self.y1 - self.y0
-    }
-}
-
-/// The hits of one row of a window: ids and distances.
-pub(crate) type Row<'a> = (&'a mut [u32], &'a mut [f32]);
+use crate::intersect::pencil::rect::Rect;
+use crate::rays::hits::{Hits, NO_TRIANGLE, Row};
 
 /// A rectangle of hits that can be written.
 #[derive(Debug)]

@@ -1,15 +1,15 @@
-//! What packets of rays cover of a tile, and how far their rays reach: compared eight at a time with what a triangle covers.
+//! What packets of rays cover of a tile, and how far their rays reach: compared eight at a time with what a triangle
+//! covers.
 //!
-//! Based on: Kirill Garanzha, Charles Loop, "Fast Ray Sorting and Breadth-First Packet Traversal for GPU Ray Tracing", 2010
-//! (bounds of packets in a hierarchy).
+//! Based on: Kirill Garanzha, Charles Loop, "Fast Ray Sorting and Breadth-First Packet Traversal for GPU Ray Tracing",
+//! 2010 (bounds of packets in a hierarchy).
 
 use fearless_simd::prelude::*;
 
-use crate::intersect::grid::hierarchical_z::least_of;
-use crate::simd::lanes::{LANES, Narrow};
+use crate::simd::lanes::{LANES, Narrow, least_of};
 
-/// The rectangles of packets or groups, eight by eight: \[first column, first row, last column, last row\], and the least of
-/// their points' keys.
+/// The rectangles of packets or blocks, eight by eight: \[first column, first row, last column, last row\], and the
+/// least of their points' keys.
 #[derive(Debug)]
 pub(crate) struct Bounds<const N: usize> {
     sides: [[[f32; LANES]; N]; 4],

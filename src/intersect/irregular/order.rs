@@ -1,42 +1,41 @@
-//! The order of receivers as a light sees them: by the faces of a cube around it, or on the plane across its rays, along
-//! Lebesgue's (Morton's) curve.
+//! The order of receivers as a light sees them: by the faces of a cube around it, or on the plane across its rays,
+//! along Lebesgue's (Morton's) curve.
 //!
-//! Receivers that follow each other then share the triangles that may block them, whatever order they were given in. Cells lie
-//! over what a sample of the receivers covers on each face; what lies outside counts for the cells at the border. f32 is fine
-//! enough: the order changes time only.
+//! Receivers that follow each other then share the triangles that may block them, whatever order they were given in.
+//! Cells lie over what a sample of the receivers covers on each face; what lies outside counts for the cells at the
+//! border. f32 is fine enough: the order changes time only.
 //!
-//! Ordering takes a fifth to a third of a query. In the order of a picture's tiles instead, a cluster spans whatever lies
-//! side by side in the picture: 51 % more instructions on chess and 21 % on koala; 2 % fewer on sponza and 10 % on mines,
-//! where one surface fills many a tile. The areas that clusters cover did not tell these scenes apart. Ordering packets of
-//! eight neighbours by their first takes an eighth of the time, but a packet across a silhouette widens the film of its
-//! cluster: 1.2 (mines) to 3.2 (chess) times the instructions in all.
+//! Ordering takes a fifth to a third of a query. In the order of a picture's tiles instead, a tile of receivers spans
+//! whatever lies side by side in the picture: 51 % more instructions on chess and 21 % on koala; 2 % fewer on sponza
+//! and 10 % on mines, where one surface fills many a tile. The areas that tiles cover did not tell these scenes apart.
+//! Ordering packets of eight neighbours by their first takes an eighth of the time, but a packet across a silhouette
+//! widens the film of its tile: 1.2 (mines) to 3.2 (chess) times the instructions in all.
 //!
-//! Based on: Guy Morton, "A Computer Oriented Geodetic Data Base", 1966; Gregory Johnson et al., "The Irregular Z-Buffer",
-//! 2005 (points sorted in the light's space).
+//! Based on: Guy Morton, "A Computer Oriented Geodetic Data Base", 1966; Gregory Johnson et al., "The Irregular
+//! Z-Buffer", 2005 (points sorted in the light's space).
 
 use fearless_simd::{prelude::*, u32x8};
 use glam::DVec3;
 
-use crate::geometry::aabb::Aabb;
-use crate::geometry::triangles::widen;
-use crate::intersect::irregular::packets::CLUSTER;
-use crate::intersect::irregular::projection::Plane;
+use crate::geometry::aabb::{Aabb, widen};
+use crate::intersect::irregular::face_points::TILE_POINTS;
 use crate::objects::gather;
 use crate::objects::morton::OnCurve;
-use crate::rays::pencil::Origin;
+use crate::rays::origin::Origin;
+use crate::rays::projection::{EightSeen, Plane};
 use crate::rays::receiver::{Receiver, sample};
 use crate::simd::lanes::{LANES, Narrow};
 
 /// Receivers that are looked at to find what they cover.
 const SAMPLED: usize = 4096;
-/// Bits of a cell's number on its face, per axis, finer cells included. A bit that is always zero and three for the face
-/// make it as long as it may be.
+/// Bits of a cell's number on its face, per axis, finer cells included. A bit that is always zero and three for the
+/// face make it as long as it may be.
 const AXIS_BITS: u32 = 10;
 const FACE_SHIFT: u32 = 2 * AXIS_BITS + 1;
 /// Faces of a cube.
 const FACES: usize = 6;
-/// A light that is farther away than this many times the size of the receivers' box counts as a direction: differences of
-/// f32 would not tell the receivers apart.
+/// A light that is farther away than this many times the size of the receivers' box counts as a direction: differences
+/// of f32 would not tell the receivers apart.
 const FAR: f64 = 1000.0;
 
 /// Receivers in the light's space.
@@ -102,8 +101,8 @@ fn or_direction(light: Origin, bounds: &Aabb) -> Origin {
 }
 
 impl OnCurve for LightGrid<'_> {
-    /// A cluster has several cells, or parts of one.
-    const FEW: usize = CLUSTER / 2;
+    /// A tile has several cells, or parts of one.
+    const FEW: usize = TILE_POINTS / 2;
 
     #[inline(always)]
     fn places<S: Simd>(&self, simd: S, first: u32) -> [u32; LANES] {
@@ -114,48 +113,20 @@ impl OnCurve for LightGrid<'_> {
             *point = eight[lane.min(eight.len() - 1)].point;
         }
         let [x, y, z] = gather::transposed_points(simd, &points);
-        let ([right, up], face) = match self.light {
+        let seen = match self.light {
             Origin::Point(light) => {
                 let light = light.as_vec3();
-                from_point(simd, [x - light.x, y - light.y, z - light.z])
+                EightSeen::on_cube(simd, [x - light.x, y - light.y, z - light.z])
             }
-            Origin::Infinity(direction) => along(simd, [x, y, z], direction),
+            Origin::Infinity(direction) => EightSeen::along(simd, [x, y, z], direction),
         };
-        let faces = face.to_array();
+        // In range: 0 to 5.
+        let face = u32x8::truncate_from(seen.face);
+        let ([right, up], faces) = (seen.at, face.to_array());
         let x = self.cells(simd, 0, right, &faces);
         let y = self.cells(simd, 1, up, &faces);
         (spread(x) << 2 | spread(y) << 1 | face << FACE_SHIFT).to_array()
     }
-}
-
-/// Where vectors from a light are seen, and on which faces, as in [`crate::intersect::irregular::sightings`].
-#[inline(always)]
-fn from_point<S: Simd>(simd: S, [x, y, z]: [Narrow<S>; 3]) -> ([Narrow<S>; 2], u32x8<S>) {
-    let zero = Narrow::simd_from(simd, 0.0);
-    let (size_x, size_y, size_z) = (x.abs(), y.abs(), z.abs());
-    let is_x = size_x.simd_ge(size_y) & size_x.simd_ge(size_z);
-    let is_y = size_y.simd_ge(size_z);
-    let ahead = is_x.select(x, is_y.select(y, z));
-    let inverse = (zero + 1.0) / ahead.abs();
-    let right = is_x.select(y, is_y.select(z, x)) * inverse;
-    let up = is_x.select(z, is_y.select(x, y)) * inverse;
-    let number = |n: u32| u32x8::simd_from(simd, n);
-    let face = is_x.select(number(0), is_y.select(number(2), number(4)));
-    ([right, up], face | ahead.simd_lt(0.0).select(number(1), number(0)))
-}
-
-/// Where points are seen along a direction.
-#[inline(always)]
-fn along<S: Simd>(simd: S, points: [Narrow<S>; 3], direction: DVec3) -> ([Narrow<S>; 2], u32x8<S>) {
-    let plane = Plane::of(Origin::Infinity(direction), direction);
-    let [ahead, right, up] = plane.axes();
-    let place = |axis: DVec3| (axis - ahead * (direction.dot(axis) / direction.dot(ahead))).as_vec3();
-    let [x, y, z] = points;
-    let (right, up) = (place(right), place(up));
-    let right = x * right.x + y * right.y + z * right.z;
-    let up = x * up.x + y * up.y + z * up.z;
-    // In range: 0 to 5.
-    ([right, up], u32x8::simd_from(simd, plane.face() as u32))
 }
 
 /// Bit k of a number of 10 bits moves to bit 2k.

@@ -1,47 +1,45 @@
 //! The leaf of receivers: a triangle that was set up against the points of a tile, which may lie anywhere on it.
 //!
-//! Eight points that follow each other make a packet, eight packets a group: an implicit hierarchy over the points, as
-//! [`crate::objects::runs`] is one over the triangles. Each keeps the rectangle that it covers, and the least of its keys. Eight
-//! rectangles at a time are compared with the triangle's, so most of a tile is done with in a few comparisons; the points of
-//! a packet that is left are tested together, through the same edge functions as pixels, at their own columns and rows.
-//! Rounding those to f32 adds to the bounds, see [`crate::intersect::pencil::setup`].
+//! Eight points that follow each other make a packet, eight packets a block: an implicit hierarchy over the points, as
+//! [`crate::objects::runs`] is one over the triangles. Each keeps the rectangle that it covers, and the least of its
+//! keys. Eight rectangles at a time are compared with the triangle's, so most of a tile is done with in a few
+//! comparisons; the points of a packet that is left are tested together, through the same edge functions as pixels, at
+//! their own columns and rows. Rounding those to f32 adds to the bounds, see [`crate::intersect::pencil::setup`].
 //!
-//! A triangle blocks a point where it covers it and lies nearer to the light: its depth key is greater than the point's. Where
-//! f32 leaves doubt, the exact stage decides at once: that happens at edges, and wherever a surface is as far as the point. A
-//! point that is in shadow is done: its key becomes +∞. So what lies behind all points that are left is hidden from them.
+//! A triangle blocks a point where it covers it and lies nearer to the light: its depth key is greater than the
+//! point's. Where f32 leaves doubt, the exact stage decides at once: that happens at edges, and wherever a surface is
+//! as far as the point. A point that is in shadow is done: its key becomes +∞. So what lies behind all points that are
+//! left is hidden from them.
 //!
-//! Groups that a large triangle may meet are compared with its edges and its plane before their packets are (13 % fewer
+//! Blocks that a large triangle may meet are compared with its edges and its plane before their packets are (13 % fewer
 //! instructions on sponza, 12 % on mines).
 //!
 //! Tried and dropped: points sorted into a grid of 32x32 cells instead of packets (19 % more instructions on sponza and
 //! mines, 4 and 8 % fewer on koala and chess).
 //!
-//! Based on: Gregory Johnson et al., "The Irregular Z-Buffer", 2005; Ingo Wald et al., "Interactive Rendering with Coherent Ray
-//! Tracing", 2001 (packets).
+//! Based on: Gregory Johnson et al., "The Irregular Z-Buffer", 2005; Ingo Wald et al., "Interactive Rendering with
+//! Coherent Ray Tracing", 2001 (packets).
 
 use fearless_simd::{prelude::*, u32x8};
 
-use crate::intersect::grid::hierarchical_z::least_of;
-use crate::intersect::grid::tiles::Rect;
 use crate::intersect::irregular::bounds::Bounds;
-use crate::intersect::irregular::sightings::{Sightings, ToTile};
+use crate::intersect::irregular::face_points::{FacePoints, TILE_POINTS, ToTile};
 use crate::intersect::pencil::leaf::{LeafDepth, Tile};
+use crate::intersect::pencil::rect::Rect;
 use crate::intersect::pencil::setup::Setups;
-use crate::options::Accuracy;
 use crate::rays::receiver::{Receiver, blocks};
-use crate::simd::lanes::{LANES, Narrow, bits};
+use crate::simd::lanes::{LANES, Narrow, bits, least_of};
 use crate::stats::Stats;
 
-/// The most points of a tile, packets of them, and groups of those.
-pub(crate) const CLUSTER: usize = 4096;
-const PACKETS: usize = CLUSTER / LANES;
-const GROUPS: usize = PACKETS / LANES;
+/// The most packets of a tile, and blocks of those.
+const PACKETS: usize = TILE_POINTS / LANES;
+const BLOCKS: usize = PACKETS / LANES;
 
 /// Bounds are brought up to date once this part of the points has been found in shadow since.
 const REFRESH: usize = 8;
 
-/// A triangle that may meet more groups is compared with their rectangles first.
-const FEW_GROUPS: u32 = 6;
+/// A triangle that may meet more blocks is compared with their rectangles first.
+const FEW_BLOCKS: u32 = 6;
 /// Edge functions are certain beyond ±1; the order of sums at a corner adds less than that again.
 const CERTAIN_ON_RECT: f32 = 2.0;
 
@@ -50,16 +48,16 @@ const CERTAIN_ON_RECT: f32 = 2.0;
 pub(crate) struct Packets<'a> {
     receivers: &'a [Receiver],
     /// Columns and rows.
-    at: [[f32; CLUSTER]; 2],
+    at: [[f32; TILE_POINTS]; 2],
     /// Bounds of the keys: +∞ for points in shadow, and where there is no point.
-    lo: [f32; CLUSTER],
-    hi: [f32; CLUSTER],
+    lo: [f32; TILE_POINTS],
+    hi: [f32; TILE_POINTS],
     /// The receiver of each point, and the triangle that it lies on.
-    ids: [u32; CLUSTER],
-    owners: [u32; CLUSTER],
+    ids: [u32; TILE_POINTS],
+    owners: [u32; TILE_POINTS],
     count: usize,
-    packets: Bounds<GROUPS>,
-    groups: Bounds<{ GROUPS / LANES }>,
+    packets: Bounds<BLOCKS>,
+    blocks: Bounds<{ BLOCKS / LANES }>,
     /// The least of all keys.
     farthest: f32,
     /// Points that were found in shadow since the bounds were brought up to date.
@@ -71,14 +69,14 @@ impl<'a> Packets<'a> {
     pub(crate) fn new() -> Self {
         Self {
             receivers: &[],
-            at: [[0.0; CLUSTER]; 2],
-            lo: [f32::INFINITY; CLUSTER],
-            hi: [f32::INFINITY; CLUSTER],
-            ids: [0; CLUSTER],
-            owners: [0; CLUSTER],
+            at: [[0.0; TILE_POINTS]; 2],
+            lo: [f32::INFINITY; TILE_POINTS],
+            hi: [f32::INFINITY; TILE_POINTS],
+            ids: [0; TILE_POINTS],
+            owners: [0; TILE_POINTS],
             count: 0,
             packets: Bounds::EMPTY,
-            groups: Bounds::EMPTY,
+            blocks: Bounds::EMPTY,
             farthest: f32::INFINITY,
             settled: 0,
         }
@@ -90,11 +88,11 @@ impl<'a> Packets<'a> {
         &mut self,
         simd: S,
         (receivers, ids): (&'a [Receiver], &[u32]),
-        seen: &Sightings,
+        seen: &FacePoints,
         to_tile: &ToTile,
     ) {
         (self.receivers, self.count, self.settled) = (receivers, seen.count, 0);
-        (self.packets, self.groups) = (Bounds::EMPTY, Bounds::EMPTY);
+        (self.packets, self.blocks) = (Bounds::EMPTY, Bounds::EMPTY);
         for (packet, first) in (0..seen.count).step_by(LANES).enumerate() {
             let [x, y] = seen.places_on(simd, first, to_tile);
             let (lo, hi) = seen.keys_on(simd, first, to_tile);
@@ -111,19 +109,19 @@ impl<'a> Packets<'a> {
                 (self.ids[index], self.owners[index]) = (id, receivers[id as usize].triangle.0);
             }
         }
-        let end = self.count.next_multiple_of(LANES).min(CLUSTER);
+        let end = self.count.next_multiple_of(LANES).min(TILE_POINTS);
         self.lo[self.count..end].fill(f32::INFINITY);
         self.hi[self.count..end].fill(f32::INFINITY);
         self.sum_up(simd);
     }
 
-    /// The bounds of groups from those of packets.
+    /// The bounds of blocks from those of packets.
     #[inline(always)]
     fn sum_up<S: Simd>(&mut self, simd: S) {
         self.farthest = f32::INFINITY;
-        for group in 0..self.count.div_ceil(LANES * LANES) {
-            let (sides, far) = self.packets.union(simd, group);
-            self.groups.set(group, sides, far);
+        for block in 0..self.count.div_ceil(LANES * LANES) {
+            let (sides, far) = self.packets.union(simd, block);
+            self.blocks.set(block, sides, far);
             self.farthest = if far < self.farthest { far } else { self.farthest };
         }
     }
@@ -134,7 +132,8 @@ impl<'a> Packets<'a> {
         settled.map(|(_, &id)| id)
     }
 
-    /// Tests eight points from one on with a triangle, and settles what it blocks for certain; tells which are in doubt.
+    /// Tests eight points from one on with a triangle, and settles what it blocks for certain; tells which are in
+    /// doubt.
     #[inline(always)]
     fn test_eight<S: Simd>(
         &mut self,
@@ -199,8 +198,8 @@ impl<S: Simd> Functions<S> {
         one.min(two).min(three)
     }
 
-    /// The rectangles of eight, as bits, that the triangle may reach and where it may be nearer than their rays' keys: an
-    /// affine function is greatest at a corner.
+    /// The rectangles of eight, as bits, that the triangle may reach and where it may be nearer than their rays' keys:
+    /// an affine function is greatest at a corner.
     #[inline(always)]
     fn reaches<const N: usize>(&self, simd: S, bounds: &Bounds<N>, eight: usize) -> u64 {
         let ([x0, y0, x1, y1], far) = bounds.eight(simd, eight);
@@ -233,8 +232,8 @@ impl LeafDepth for Packets<'_> {
     fn meets<S: Simd>(&self, simd: S, rect: Rect, key: f32) -> u64 {
         let rect = inclusive(rect);
         let mut met = 0;
-        for eight in 0..GROUPS / LANES {
-            met |= self.groups.meeting(simd, eight, &rect, key) << (eight * LANES);
+        for eight in 0..BLOCKS / LANES {
+            met |= self.blocks.meeting(simd, eight, &rect, key) << (eight * LANES);
         }
         met
     }
@@ -261,21 +260,21 @@ impl LeafDepth for Packets<'_> {
         greatest: f32,
         stats: &mut Stats,
     ) {
-        let doubt = if tile.query.accuracy == Accuracy::Exact { 1.0 } else { 0.0 };
+        let doubt = tile.query.context.doubt();
         let functions = Functions::new(simd, &tile.work.setups, lane);
         let rect = inclusive(rect);
-        let mut groups = all;
-        if groups.count_ones() > FEW_GROUPS {
-            for eight in (0..GROUPS / LANES).filter(|eight| all >> (eight * LANES) & 0xFF != 0) {
-                let reached = functions.reaches(simd, &tile.work.depth.groups, eight);
-                groups &= !(0xFF << (eight * LANES)) | reached << (eight * LANES);
+        let mut blocks = all;
+        if blocks.count_ones() > FEW_BLOCKS {
+            for eight in (0..BLOCKS / LANES).filter(|eight| all >> (eight * LANES) & 0xFF != 0) {
+                let reached = functions.reaches(simd, &tile.work.depth.blocks, eight);
+                blocks &= !(0xFF << (eight * LANES)) | reached << (eight * LANES);
             }
         }
-        for group in bits(groups) {
+        for block in bits(blocks) {
             stats.blocks += 1;
-            for packet in bits(tile.work.depth.packets.meeting(simd, group % GROUPS, &rect, greatest)) {
+            for packet in bits(tile.work.depth.packets.meeting(simd, block % BLOCKS, &rect, greatest)) {
                 stats.samples_tested += LANES as u64;
-                let first = (group * LANES + packet) * LANES;
+                let first = (block * LANES + packet) * LANES;
                 let doubtful = tile.work.depth.test_eight(simd, first, (id, &functions), doubt);
                 if doubtful != 0 {
                     tile.decide(first, doubtful, id, stats);
@@ -303,8 +302,8 @@ impl Tile<'_, Packets<'_>> {
             }
             stats.doubtful_samples += 1;
             let receiver = &packets.receivers[packets.ids[index] as usize];
-            let triangle = self.query.triangles.triangle(id);
-            if blocks(self.query.origin, receiver, (id, &triangle), &mut stats.ambiguous_coverage) {
+            let triangle = self.query.context.triangles.triangle(id);
+            if blocks(self.query.view.origin, receiver, (id, &triangle), &mut stats.ambiguous_coverage) {
                 (packets.lo[index], packets.hi[index]) = (f32::INFINITY, f32::INFINITY);
                 packets.settled += 1;
             }

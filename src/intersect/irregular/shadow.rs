@@ -1,8 +1,9 @@
-//! Clusters of receivers: points that a light sees next to each other, on a film of their own around them.
+//! Tiles of receivers: points that a light sees next to each other, on a film of their own around them.
 //!
-//! The points are ordered along a curve, see [`crate::intersect::irregular::order`], and seen from the light on the faces of a cube around it, or along its rays on the plane of two coordinates,
-//! see [`Plane`]. Those of a cluster that share a face get a film of 64x64 columns and rows that just holds them, and the light's
-//! pencil over that film goes through the same recursion as a tile of pixels. Nothing is kept per point but its answer.
+//! The points are ordered along a curve, see [`crate::intersect::irregular::order`], and seen from the light on the
+//! faces of a cube around it, or along its rays on the plane of two coordinates, see [`Plane`]. Those of a tile that
+//! share a face get a film of 64x64 columns and rows that just holds them, and the light's pencil over that film goes
+//! through the same recursion as a tile of pixels. Nothing is kept per point but its answer.
 //!
 //! A film is at least 2⁻²⁰ of the coordinates wide, so that a column errs by less than 2⁻²⁴. A point's own column is
 //! rounded to f32: another 2⁻¹⁹. See [`crate::intersect::pencil::setup`] for what pays for that.
@@ -13,31 +14,27 @@
 use std::mem::size_of;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::dispatch;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::geometry::triangles::Triangles;
+use crate::intersect::context::Context;
 use crate::intersect::general;
-use crate::intersect::grid::hierarchical_z::TILE_SIDE;
-use crate::intersect::grid::tiles::Rect;
+use crate::intersect::irregular::face_points::{FacePoints, TILE_POINTS, ToTile};
 use crate::intersect::irregular::order::LightGrid;
-use crate::intersect::irregular::packets::{CLUSTER, Packets};
-use crate::intersect::irregular::projection::Plane;
-use crate::intersect::irregular::sightings::{Sightings, ToTile};
+use crate::intersect::irregular::packets::Packets;
 use crate::intersect::pencil::intersect_objects;
 use crate::intersect::pencil::leaf::{FilmQuery, Tile, Workspace};
-use crate::intersect::pencil::screen_bounds::Pixels;
-use crate::intersect::ray_set::Probes;
+use crate::intersect::pencil::rect::{Rect, TILE_SIDE};
+use crate::intersect::pencil::viewport::Viewport;
+use crate::intersect::ray_set::{Question, RaySet};
 use crate::objects::morton::{along_curve, bytes_for};
 use crate::objects::runs::Runs;
-use crate::options::Accuracy;
-use crate::rays::film::GridFilm;
-use crate::rays::film::Sampling;
-use crate::rays::frustum::{Interval, Projection};
-use crate::rays::hits::Hits;
-use crate::rays::hits::NO_TRIANGLE;
-use crate::rays::pencil::Origin;
+use crate::rays::film::{GridFilm, Sampling};
+use crate::rays::frustum::Interval;
+use crate::rays::hits::{Hits, NO_TRIANGLE};
+use crate::rays::origin::Origin;
+use crate::rays::projection::Plane;
 use crate::rays::receiver::Receiver;
 use crate::stats::Stats;
 
@@ -49,45 +46,43 @@ const FILM_REACH: f64 = (TILE_SIDE - 2) as f64;
 /// Runs whose footprints are kept: each is met once by a film.
 pub(crate) const KEPT: usize = 1;
 
-/// What all clusters share.
+/// What all tiles share.
 #[derive(Debug, Clone, Copy)]
 struct ShadowQuery<'a> {
-    triangles: &'a Triangles<'a>,
+    context: Context<'a>,
     light: Origin,
     receivers: &'a [Receiver],
     runs: &'a Runs,
-    accuracy: Accuracy,
-    level: Level,
 }
 
-/// What a thread keeps from cluster to cluster.
+/// What a thread keeps from tile to tile.
 struct Scratch<'a> {
     work: Box<Workspace<Packets<'a>>>,
-    seen: Box<Sightings>,
+    seen: Box<FacePoints>,
 }
 
 impl Scratch<'_> {
     /// Bytes of it.
-    const BYTES: usize = Workspace::<Packets<'_>>::bytes(KEPT) + size_of::<Sightings>() + size_of::<Self>();
+    const BYTES: usize = Workspace::<Packets<'_>>::bytes(KEPT) + size_of::<FacePoints>() + size_of::<Self>();
 
     fn new() -> Self {
-        Self { work: Workspace::new(Packets::new(), KEPT), seen: Box::new(Sightings::new()) }
+        Self { work: Workspace::new(Packets::new(), KEPT), seen: Box::new(FacePoints::new()) }
     }
 }
 
 /// Finds which receivers a light does not see.
 pub(crate) fn shadowed<'a>(
-    triangles: &'a Triangles<'a>,
-    (light, receivers): (Origin, &'a [Receiver]),
+    context: Context<'a>,
+    light: Origin,
+    receivers: &'a [Receiver],
     runs: &'a Runs,
-    (accuracy, level): (Accuracy, Level),
 ) -> (Vec<bool>, Stats) {
-    let query = ShadowQuery { triangles, light, receivers, runs, accuracy, level };
-    let order = along_curve(&LightGrid::new(light, receivers), receivers.len(), level);
+    let query = ShadowQuery { context, light, receivers, runs };
+    let order = along_curve(&LightGrid::new(light, receivers), receivers.len(), context.level);
     let shadowed: Vec<AtomicBool> = (0..receivers.len()).map(|_| AtomicBool::new(false)).collect();
-    let of_cluster = |scratch: &mut Scratch<'a>, ids: &[u32]| query.cluster(scratch, ids, &shadowed);
+    let of_tile = |scratch: &mut Scratch<'a>, ids: &[u32]| query.tile(scratch, ids, &shadowed);
     let mut stats =
-        order.par_chunks(CLUSTER).map_init(Scratch::new, of_cluster).reduce(Stats::default, Stats::plus);
+        order.par_chunks(TILE_POINTS).map_init(Scratch::new, of_tile).reduce(Stats::default, Stats::plus);
     let threads = rayon::current_num_threads() * Scratch::BYTES;
     let bytes = runs.bytes() + threads + order.capacity() * size_of::<u32>() + stats.engine_bytes as usize;
     stats.engine_bytes =
@@ -96,9 +91,9 @@ pub(crate) fn shadowed<'a>(
 }
 
 impl<'a> ShadowQuery<'a> {
-    /// Finds which receivers of a cluster are in shadow. Each has its own place among the answers.
-    fn cluster(self, scratch: &mut Scratch<'a>, ids: &[u32], shadowed: &[AtomicBool]) -> Stats {
-        let Self { light, receivers, level, .. } = self;
+    /// Finds which receivers of a tile are in shadow. Each has its own place among the answers.
+    fn tile(self, scratch: &mut Scratch<'a>, ids: &[u32], shadowed: &[AtomicBool]) -> Stats {
+        let Self { light, receivers, context: Context { level, .. }, .. } = self;
         let seen = &mut scratch.seen;
         let [first, last] = dispatch!(level, simd => seen.see(simd, light, (receivers, ids), None));
         if first == last {
@@ -119,7 +114,7 @@ impl<'a> ShadowQuery<'a> {
     fn face(self, scratch: &mut Scratch<'a>, face: usize, ids: &[u32], shadowed: &[AtomicBool]) -> Stats {
         let Scratch { work, seen } = scratch;
         let receivers = self.receivers;
-        let (extent, depth) = dispatch!(self.level, simd => seen.extent(simd));
+        let (extent, depth) = dispatch!(self.context.level, simd => seen.extent(simd));
         let plane = Plane::numbered(self.light, face);
         let Some(film) = FaceFilm::around(self.light, plane, extent, (seen.depth[0], depth)) else {
             let mut stats = Stats::default();
@@ -130,8 +125,8 @@ impl<'a> ShadowQuery<'a> {
             }
             return stats;
         };
-        dispatch!(self.level, simd => work.depth.fill(simd, (receivers, ids), seen, &film.to_tile));
-        let stats = block(self.triangles, self.light, self.runs, (self.accuracy, self.level), (&film, work));
+        dispatch!(self.context.level, simd => work.depth.fill(simd, (receivers, ids), seen, &film.to_tile));
+        let stats = block(self.context, self.runs, &film.view, work);
         for id in work.depth.shadowed() {
             shadowed[id as usize].store(true, Ordering::Relaxed);
         }
@@ -142,39 +137,26 @@ impl<'a> ShadowQuery<'a> {
     #[cold]
     fn alone(self, receiver: &Receiver, stats: &mut Stats) -> bool {
         let mut hits = Hits::missed(1);
-        let probes = Probes::Shadows(self.light, std::slice::from_ref(receiver));
-        *stats = stats.plus(general::intersect(self.triangles, probes, true, &mut hits));
+        let set = RaySet::Shadows(self.light, std::slice::from_ref(receiver));
+        *stats = stats.plus(general::intersect(
+            Question { triangles: self.context.triangles, set, any: true },
+            &mut hits,
+        ));
         hits.ids[0] != NO_TRIANGLE
     }
 }
 
 /// Tests all triangles with the receivers of a film.
 pub(crate) fn block(
-    triangles: &Triangles<'_>,
-    light: Origin,
+    context: Context<'_>,
     runs: &Runs,
-    (accuracy, level): (Accuracy, Level),
-    (film, work): (&FaceFilm, &mut Workspace<Packets<'_>>),
+    view: &Viewport,
+    work: &mut Workspace<Packets<'_>>,
 ) -> Stats {
-    let FaceFilm { film, projection, .. } = film;
-    let sampling = Sampling::Scattered;
-    let pixels = &Pixels::new(projection, film, sampling);
-    let bounds = runs.bounds();
-    let query = FilmQuery {
-        triangles,
-        origin: light,
-        film,
-        projection,
-        pixels,
-        bounds,
-        accuracy,
-        level,
-        sampling,
-        any: true,
-    };
+    let query = FilmQuery { context, view, bounds: runs.bounds(), any: true };
     work.forget_footprints();
-    let rect = Rect { x0: 0, y0: 0, x1: film.width(), y1: film.height() };
-    intersect_objects(&mut Tile::new(query, rect, start(light), work), runs)
+    let rect = Rect { x0: 0, y0: 0, x1: view.film.width(), y1: view.film.height() };
+    intersect_objects(&mut Tile::new(query, rect, start(view.origin), work), runs)
 }
 
 /// The t-coordinates at which what may block receivers begins.
@@ -189,14 +171,13 @@ pub(crate) fn start(light: Origin) -> Interval {
 /// A film around some receivers.
 #[derive(Debug)]
 pub(crate) struct FaceFilm {
-    pub(crate) film: GridFilm,
-    pub(crate) projection: Projection,
+    pub(crate) view: Viewport,
     pub(crate) to_tile: ToTile,
 }
 
 impl FaceFilm {
-    /// The film around what is seen on a plane, given the depth of a point and the greatest. `None` where rounding leaves
-    /// none.
+    /// The film around what is seen on a plane, given the depth of a point and the greatest. `None` where rounding
+    /// leaves none.
     pub(crate) fn around(
         light: Origin,
         plane: Plane,
@@ -219,9 +200,9 @@ impl FaceFilm {
         let forward = forward + right * x + up * y;
         let spans = [right * half(extent[0]), up * half(extent[1])];
         let film = GridFilm::new(TILE_SIDE, TILE_SIDE, forward, spans[0], spans[1]).ok()?;
-        let projection = Projection::new(light, film.span())?;
+        let view = Viewport::new(light, film, Sampling::Scattered)?;
         // As the film has them: X = 2·column − 63, Y = 63 − 2·row.
-        let [forward, r, u] = film.span();
+        let [forward, r, u] = view.film.span();
         let (r, u, last) = (r.dot(right), u.dot(up), f64::from(TILE_SIDE - 1));
         let (middle, depth) = match light {
             Origin::Point(_) => ([right, up].map(|axis| forward.dot(axis)), [0.0, 1.0]),
@@ -232,6 +213,6 @@ impl FaceFilm {
             }
         };
         let at = [[middle[0] - last * r, 0.5 / r], [middle[1] + last * u, -0.5 / u]];
-        Some(Self { film, projection, to_tile: ToTile { at, depth } })
+        Some(Self { view, to_tile: ToTile { at, depth } })
     }
 }

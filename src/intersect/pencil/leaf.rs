@@ -1,50 +1,45 @@
 //! The leaf of films, "DirectlyIntersect": a run of triangles against the rays of a tile.
 //!
 //! 1. Project the corners of the run to columns and rows, unless a neighbouring tile has done so, see
-//!    [`crate::intersect::pencil::screen_bounds`]; drop triangles that fall between or beside the rays or lie behind all that they have hit.
+//!    [`crate::intersect::pencil::screen_bounds`]; drop triangles that fall between or beside the rays or lie behind
+//!    all that they have hit.
 //! 2. What is left waits until there are eight triangles.
-//! 3. Set them up, see [`crate::intersect::pencil::setup`], and evaluate them: see [`crate::intersect::grid::rows`] for pixels, [`crate::intersect::irregular::packets`] for
-//!    receivers.
+//! 3. Set them up, see [`crate::intersect::pencil::setup`], and evaluate them: see [`crate::intersect::grid::rows`] for
+//!    pixels, [`crate::intersect::irregular::packets`] for receivers.
 //!
-//! Tried and dropped: putting off triangles seen from behind to the end of a tile, when most are hidden. 13 % fewer set-ups
-//! on koala, 7 % on chess, none on sponza; no time gained, as runs are met from near to far anyway.
+//! Tried and dropped: putting off triangles seen from behind to the end of a tile, when most are hidden. 13 % fewer
+//! set-ups on koala, 7 % on chess, none on sponza; no time gained, as runs are met from near to far anyway.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011 ("DirectlyIntersect").
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011 ("DirectlyIntersect").
 
 use std::mem::size_of;
 
-use fearless_simd::{Level, dispatch, prelude::*};
+use fearless_simd::{dispatch, prelude::*};
 use glam::DVec3;
 
 use crate::geometry::aabb::Aabb;
-use crate::geometry::triangles::Triangles;
-use crate::intersect::grid::tiles::Rect;
-use crate::intersect::pencil::screen_bounds::{Footprints, Pixels};
+use crate::intersect::context::Context;
+use crate::intersect::pencil::SubPencil;
+use crate::intersect::pencil::rect::Rect;
+use crate::intersect::pencil::screen_bounds::Footprints;
 use crate::intersect::pencil::setup::{Setups, TileRays, exact_side, set_up};
+use crate::intersect::pencil::viewport::Viewport;
+use crate::objects::boxes::Boxes;
 use crate::objects::gather;
 use crate::objects::runs::Runs;
-use crate::options::Accuracy;
-use crate::rays::film::GridFilm;
-use crate::rays::film::Sampling;
-use crate::rays::frustum::{Frustum, Interval, Projection};
-use crate::rays::pencil::Origin;
-use crate::simd::lanes::{Boxes, LANES, Points, bits};
+use crate::rays::frustum::{Frustum, Interval};
+use crate::rays::origin::Origin;
+use crate::simd::lanes::{LANES, Points, bits};
 use crate::stats::Stats;
 
 /// What all tiles of one film share.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FilmQuery<'a> {
-    pub(crate) triangles: &'a Triangles<'a>,
-    pub(crate) origin: Origin,
-    pub(crate) film: &'a GridFilm,
-    pub(crate) projection: &'a Projection,
-    pub(crate) pixels: &'a Pixels,
+    pub(crate) context: Context<'a>,
+    pub(crate) view: &'a Viewport,
     /// The box of all triangles.
     pub(crate) bounds: Aabb,
-    pub(crate) accuracy: Accuracy,
-    pub(crate) level: Level,
-    pub(crate) sampling: Sampling,
     /// Whether any hit will do.
     pub(crate) any: bool,
 }
@@ -54,15 +49,15 @@ pub(crate) trait LeafDepth: Sized {
     /// Whether something whose keys are at most `key` is hidden from all rays.
     fn hides(&self, key: f64) -> bool;
 
-    /// Which parts of the rays something in a rectangle may meet, as bits; none, where it is hidden from all of them. Its
-    /// keys are at most `key`.
+    /// Which parts of the rays something in a rectangle may meet, as bits; none, where it is hidden from all of them.
+    /// Its keys are at most `key`.
     fn meets<S: Simd>(&self, simd: S, rect: Rect, key: f32) -> u64;
 
     /// Brings up to date what hides things.
     fn refresh<S: Simd>(&mut self, simd: S);
 
-    /// Tests one triangle, set up in a lane, against a rectangle of rays and the parts that it may meet; its keys are at
-    /// most `greatest`.
+    /// Tests one triangle, set up in a lane, against a rectangle of rays and the parts that it may meet; its keys are
+    /// at most `greatest`.
     fn rasterize<S: Simd>(
         tile: &mut Tile<'_, Self>,
         simd: S,
@@ -111,7 +106,8 @@ impl<D> Workspace<D> {
         self.footprints.forget();
     }
 
-    /// Readies the workspace for other triangles, of which there is one at least: lanes that wait for none name old ones.
+    /// Readies the workspace for other triangles, of which there is one at least: lanes that wait for none name old
+    /// ones.
     pub(crate) fn forget_triangles(&mut self) {
         self.waiting.ids = [0; LANES];
     }
@@ -144,43 +140,55 @@ pub(crate) struct Tile<'a, D> {
 }
 
 impl<'a, D: LeafDepth> Tile<'a, D> {
-    /// A tile of at most [`crate::intersect::grid::hierarchical_z::TILE_SIDE`] columns and rows of rays that start at t-coordinates `start`.
+    /// A tile of at most [`crate::intersect::pencil::rect::TILE_SIDE`] columns and rows of rays that start at
+    /// t-coordinates `start`.
     pub(crate) fn new(query: FilmQuery<'a>, rect: Rect, start: Interval, work: &'a mut Workspace<D>) -> Self {
-        let FilmQuery { film, origin, projection, sampling, .. } = query;
+        let Viewport { film, origin, projection, sampling, .. } = query.view;
         let x = Interval { lo: film.x(rect.x0), hi: film.x(rect.x1 - 1) };
         let y = Interval { lo: film.y(rect.y1 - 1), hi: film.y(rect.y0) };
         let [_, right, up] = film.span();
         let span = [film.at(rect.x0, rect.y0), right * film.step(), -up * film.step()];
         let frustum = Frustum::new(projection, x, y, start);
         let limits = frustum.limits(&query.bounds);
-        Self { query, rect, work, frustum, limits, rays: TileRays { origin, span, sampling } }
-    }
-
-    /// The boxes, as bits, that some ray may meet, and a lower bound of t within each.
-    pub(crate) fn enter(&mut self, boxes: &Boxes) -> (u64, [f64; LANES]) {
-        dispatch!(self.query.level, simd => {
-            self.work.depth.refresh(simd);
-            self.frustum.enter_lanes(simd, boxes, &self.limits)
-        })
-    }
-
-    /// Whether what lies no nearer than `t` is hidden from all rays.
-    pub(crate) fn hides(&self, t: f64) -> bool {
-        self.work.depth.hides(greatest_key(self.query.origin, t))
-    }
-
-    /// Tests a run of triangles within a box against all rays; some of them wait for [`Tile::finish`].
-    pub(crate) fn intersect(&mut self, runs: &Runs, run: usize, bounds: &Aabb, stats: &mut Stats) {
-        dispatch!(self.query.level, simd => self.intersect_run(simd, runs, (run, bounds), stats));
-    }
-
-    /// Tests the triangles that wait.
-    pub(crate) fn finish(&mut self, stats: &mut Stats) {
-        if self.work.waiting.count > 0 {
-            dispatch!(self.query.level, simd => self.intersect_waiting(simd, stats));
+        Self {
+            query,
+            rect,
+            work,
+            frustum,
+            limits,
+            rays: TileRays { origin: *origin, span, sampling: *sampling },
         }
     }
+}
 
+impl<D: LeafDepth> SubPencil for Tile<'_, D> {
+    fn enter(&mut self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
+        let (met, ts) = dispatch!(self.query.context.level, simd => {
+            self.work.depth.refresh(simd);
+            self.frustum.enter_lanes(simd, boxes, &self.limits)
+        });
+        stats.frustum_tests += LANES as u64;
+        stats.culled_by_bound += LANES as u64 - u64::from(met.count_ones());
+        (met, ts)
+    }
+
+    fn hides(&self, t: f64) -> bool {
+        self.work.depth.hides(greatest_key(self.query.view.origin, t))
+    }
+
+    /// Some of the triangles wait for [`Tile::finish`].
+    fn directly_intersect(&mut self, runs: &Runs, run: usize, bounds: &Aabb, stats: &mut Stats) {
+        dispatch!(self.query.context.level, simd => self.intersect_run(simd, runs, (run, bounds), stats));
+    }
+
+    fn finish(&mut self, stats: &mut Stats) {
+        if self.work.waiting.count > 0 {
+            dispatch!(self.query.context.level, simd => self.intersect_waiting(simd, stats));
+        }
+    }
+}
+
+impl<D: LeafDepth> Tile<'_, D> {
     /// 1. and 2.: what may meet the tile waits.
     #[inline(always)]
     fn intersect_run<S: Simd>(
@@ -190,7 +198,8 @@ impl<'a, D: LeafDepth> Tile<'a, D> {
         (run, bounds): (usize, &Aabb),
         stats: &mut Stats,
     ) {
-        let FilmQuery { triangles, pixels, projection, .. } = self.query;
+        let (Viewport { pixels, projection, .. }, triangles) =
+            (self.query.view, self.query.context.triangles);
         let reaches = [bounds.reach(projection.base), bounds.reach(self.rays.base())];
         if !self.work.footprints.hold(run) {
             let run = (run, runs.ids(run));
@@ -223,16 +232,16 @@ impl<'a, D: LeafDepth> Tile<'a, D> {
         let Workspace { waiting, setups, .. } = &mut *self.work;
         // Lanes beyond the last triangle hold old ones, whose results nobody asks for.
         let ids = waiting.ids;
-        let corners = gather::corners(simd, self.query.triangles, &ids);
+        let corners = gather::corners(simd, self.query.context.triangles, &ids);
         let mut lanes = (1 << waiting.count) - 1;
         if waiting.irregular != 0 {
-            let base = Points::splat(simd, self.query.projection.base);
+            let base = Points::splat(simd, self.query.view.projection.base);
             let [a, b, c] = corners;
             let relative = [a.minus(base), b.minus(base), c.minus(base)];
             lanes &= !(waiting.irregular & self.frustum.excluded(simd, &relative, waiting.reaches[0]));
         }
         stats.triangles_set_up += u64::from(lanes.count_ones());
-        let FilmQuery { triangles, origin, .. } = self.query;
+        let (triangles, origin) = (self.query.context.triangles, self.query.view.origin);
         let exact = |lane: usize| exact_side(origin, &triangles.triangle(ids[lane % LANES]));
         set_up(simd, &self.rays, (corners, lanes), waiting.reaches[1], exact, setups);
         for lane in bits(setups.lanes) {

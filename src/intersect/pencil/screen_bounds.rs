@@ -1,13 +1,13 @@
 //! Footprints: which rays of a film the triangles of a run may meet, and how near they come.
 //!
-//! Column and row of a point are (g_X − X₀g_W)·A/(step·g_W·A) and the like, see [`crate::rays::frustum`], counted from the first
-//! ray of the film. The functionals err by at most s_x, s_y and s_t within a run's box. A corner is *regular* where t
-//! exceeds both 2³⁰s_t and 2²⁰max(s_x, s_y): its column then errs by less than 2⁻¹⁹ + 2⁻²⁹|column|. A triangle with
-//! another corner (at or behind the eye, or very near to it) may meet all rays.
+//! Column and row of a point are (g_X − X₀g_W)·A/(step·g_W·A) and the like, see [`crate::rays::frustum`], counted from
+//! the first ray of the film. The functionals err by at most s_x, s_y and s_t within a run's box. A corner is *regular*
+//! where t exceeds both 2³⁰s_t and 2²⁰max(s_x, s_y): its column then errs by less than 2⁻¹⁹ + 2⁻²⁹|column|. A triangle
+//! with another corner (at or behind the eye, or very near to it) may meet all rays.
 //!
 //! Neighbouring tiles meet the same runs, so each thread keeps the footprints of the last few runs: a run is projected
-//! once for several tiles, and a tile reads the corners of those triangles only that may meet it: for sponza 46 thousand instead of 365
-//! thousand, and setup gets eight at a time (35 to 31 ms on one thread).
+//! once for several tiles, and a tile reads the corners of those triangles only that may meet it: for sponza 46
+//! thousand instead of 365 thousand, and setup gets eight at a time (35 to 31 ms on one thread).
 //!
 //! Based on: Marc Olano and Trey Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997.
 
@@ -17,19 +17,18 @@ use fearless_simd::{i16x16, i32x8, prelude::*};
 use glam::DVec3;
 
 use crate::geometry::triangles::Triangles;
-use crate::intersect::grid::tiles::Rect;
+use crate::intersect::pencil::rect::Rect;
 use crate::objects::gather::corners;
 use crate::objects::runs::RUN;
-use crate::rays::film::GridFilm;
-use crate::rays::film::Sampling;
+use crate::rays::film::{GridFilm, Sampling};
 use crate::rays::frustum::{Functional, Projection};
 use crate::simd::lanes::{LANES, LaneMask, Lanes, Narrow, NarrowMask, Points, narrow, widen};
 
 /// Runs whose footprints a thread keeps where tiles share a film: 52 KiB. A power of two.
 pub(crate) const KEPT: usize = 256;
 
-/// Columns around a triangle that count as its own: more than regular corners err by on films of up to 2⁷ columns; wider
-/// ones need more, see [`Pixels::new`].
+/// Columns around a triangle that count as its own: more than regular corners err by on films of up to 2⁷ columns;
+/// wider ones need more, see [`Pixels::new`].
 const SLACK: f64 = 1.0 / (1 << 14) as f64;
 
 /// The greatest column or row that is kept; those of larger films are halved until they fit.
@@ -105,7 +104,8 @@ impl Footprints {
         self.runs[self.place(run)].run == run
     }
 
-    /// Projects the triangles of a run, given their ids and how many there are; `reach` bounds |a − base| of their corners.
+    /// Projects the triangles of a run, given their ids and how many there are; `reach` bounds |a − base| of their
+    /// corners.
     #[inline(always)]
     pub(crate) fn project<S: Simd>(
         &mut self,
@@ -145,8 +145,8 @@ impl Footprints {
         (across & along).to_bitmask()
     }
 
-    /// The rays of a tile, counted from its first one, that a triangle may meet, and an upper bound of its keys. It must
-    /// meet the tile.
+    /// The rays of a tile, counted from its first one, that a triangle may meet, and an upper bound of its keys. It
+    /// must meet the tile.
     #[inline(always)]
     pub(crate) fn within(&self, pixels: &Pixels, (run, lane): (usize, usize), tile: Rect) -> (Rect, f32) {
         let RunFootprints { sides, greatest, .. } = &self.runs[self.place(run)];

@@ -1,24 +1,25 @@
 //! Triangle setup: everything about a triangle that the rays of one tile share, for eight triangles at once.
 //!
 //! On a tile, where column x and row y count from its first ray, the edge functions and the depth key are affine,
-//! v = c + xv_x + yv_y. The rays are F + xR + yU (directions for an origin at a point, start points at infinity), with F
-//! the first ray of the tile: all exact. For an origin at a point the edge a→b has n = (A + B)×(b − a) = 2A×B and
-//! v = d·n, so (c, v_x, v_y) = (n·F, n·R, n·U), and the key is 1/t = (d·N)/(A·N). At infinity n = D×(b − a) and
-//! 2e = ((p − a) + (p − b))·n, so c = ((F − a) + (F − b))·n, and the key is −t = (p − a)·N/(D·N). Greater keys are nearer.
+//! v = c + xv_x + yv_y. The rays are F + xR + yU (directions for an origin at a point, start points at infinity), with F the
+//! first ray of the tile: all exact. For an origin at a point the edge a→b has n = (A + B)×(b − a) = 2A×B and v = d·n,
+//! so (c, v_x, v_y) = (n·F, n·R, n·U), and the key is 1/t = (d·N)/(A·N). At infinity n = D×(b − a) and 2e = ((p − a) +
+//! (p − b))·n, so c = ((F − a) + (F − b))·n, and the key is −t = (p − a)·N/(D·N). Greater keys are nearer.
 //!
-//! n is formed from b − a and not from A×B, which would cancel. Both forms change nothing but their sign, to the bit, when
-//! a and b are exchanged: even `fast` has no cracks along edges.
+//! n is formed from b − a and not from A×B, which would cancel. Both forms change nothing but their sign, to the bit,
+//! when a and b are exchanged: even `fast` has no cracks along edges.
 //!
-//! **Two filters.** Setup is f64; the rows of a tile are evaluated in f32. With u = 2⁻⁵³ and u₃₂ = 2⁻²⁴, an edge function
-//! errs by at most E = 18u·Σ|d_k|·perm_k + 6u₃₂S, S = |c| + 63|v_x| + 63|v_y|: the first part is that of
-//! [`crate::exact::filter`], with permanents bounded by the longest side of b − a times what the run's box allows for A; the
-//! second is rounding the three coefficients (u₃₂S), two products and two sums (4u₃₂S). Every edge function is scaled by
-//! the greatest power of two up to 1/E: doubt then begins at ±1 for all of them, no f32 overflows, and both triangles at
-//! an edge still round alike. As c and S count from the tile's corner and not from the film's centre, about 10⁻⁵ of a
-//! pixel along an edge is in doubt.
+//! **Two filters.** Setup is f64; the rows of a tile are evaluated in f32. With u = 2⁻⁵³ and u₃₂ = 2⁻²⁴, an edge
+//! function errs by at most E = 18u·Σ|d_k|·perm_k + 6u₃₂S, S = |c| + 63|v_x| + 63|v_y|: the first part is that of
+//! [`crate::exact::filter`], with permanents bounded by the longest side of b − a times what the run's box allows for
+//! A; the second is rounding the three coefficients (u₃₂S), two products and two sums (4u₃₂S). Every edge function is
+//! scaled by the greatest power of two up to 1/E: doubt then begins at ±1 for all of them, no f32 overflows, and both
+//! triangles at an edge still round alike. As c and S count from the tile's corner and not from the film's centre,
+//! about 10⁻⁵ of a pixel along an edge is in doubt.
 //!
 //! Based on: Marc Olano and Trey Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997; Jonathan
-//! Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997 (static filters).
+//! Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997 (static
+//! filters).
 
 use fearless_simd::{prelude::*, u64x8};
 use glam::DVec3;
@@ -27,9 +28,9 @@ use crate::exact::filter::{Sign, TRIPLE_PRODUCT_ERROR};
 use crate::exact::predicates::{facing, orientation};
 use crate::geometry::aabb::U;
 use crate::geometry::triangles::Triangle;
-use crate::intersect::grid::hierarchical_z::TILE_SIDE;
+use crate::intersect::pencil::rect::TILE_SIDE;
 use crate::rays::film::Sampling;
-use crate::rays::pencil::Origin;
+use crate::rays::origin::Origin;
 use crate::simd::lanes::{LANES, LaneMask, Lanes, Points, bits, narrow};
 
 /// The unit roundoff of f32.
@@ -161,8 +162,8 @@ impl<S: Simd> Affine<S> {
     }
 }
 
-/// Sets up those of eight triangles whose lanes are asked for. `reach` bounds |a − base| of all corners; `exact_side` gives
-/// the sign of A·N or D·N where f64 leaves doubt.
+/// Sets up those of eight triangles whose lanes are asked for. `reach` bounds |a − base| of all corners; `exact_side`
+/// gives the sign of A·N or D·N where f64 leaves doubt.
 #[inline(always)]
 pub(crate) fn set_up<S: Simd>(
     simd: S,

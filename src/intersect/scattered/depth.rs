@@ -1,23 +1,21 @@
-//! The nearest hit of each scattered ray of a cluster, while it is worked on, and the farthest of blocks of rays. Those of
-//! tiles are in [`crate::intersect::grid::depth`].
+//! The nearest hit of each scattered ray of a cluster, while it is worked on, and the farthest of blocks of rays. Those
+//! of tiles are in [`crate::intersect::grid::depth`].
 //!
-//! Each ray keeps an interval that holds its depth key (greater is nearer), and an id. Where the interval of a candidate
-//! overlaps it, the exact order decides. Blocks keep a lower bound of their rays' keys: what lies behind it is hidden from
-//! all of them. A lower bound that is out of date is still one, so it is refreshed only now and then.
+//! Each ray keeps an interval that holds its depth key (greater is nearer), and an id. Where the interval of a
+//! candidate overlaps it, the exact order decides. Blocks keep a lower bound of their rays' keys: what lies behind it
+//! is hidden from all of them. A lower bound that is out of date is still one, so it is refreshed only now and then.
 //!
 //! Based on: Ned Greene, Michael Kass, Gavin Miller, "Hierarchical Z-Buffer Visibility", 1993; Jon Hasselgren, Magnus
 //! Andersson, Tomas Akenine-Möller, "Masked Software Occlusion Culling", 2016 (lazy updates).
 
 use fearless_simd::prelude::*;
 
-use crate::exact::filter::Sign;
 use crate::exact::predicates::Distance;
 use crate::geometry::aabb::U;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangles;
-use crate::intersect::grid::tiles::Row;
-use crate::rays::hits::NO_TRIANGLE;
-use crate::rays::pencil::Origin;
+use crate::rays::hits::{NO_TRIANGLE, Row, precedes};
+use crate::rays::origin::Origin;
 use crate::simd::lanes::{LANES, Lanes, Narrow, bits, narrow};
 
 /// The most rays in a block. A sub-pencil has at most 64 blocks.
@@ -127,8 +125,8 @@ impl DepthBuffer {
         self.mark_stale(index / BLOCK);
     }
 
-    /// Writes ids and distances of at most eight rays, the first of them at a multiple of eight. `ray` makes the ray with an
-    /// index.
+    /// Writes ids and distances of at most eight rays, the first of them at a multiple of eight. `ray` makes the ray
+    /// with an index.
     #[inline(always)]
     pub(crate) fn write<S: Simd>(
         &self,
@@ -186,20 +184,4 @@ fn rounded_distances<S: Simd>(simd: S, lo: Lanes<S>, hi: Lanes<S>, origin: Origi
     let (least, greatest) = (narrow(least), narrow(greatest));
     let certain = (least.simd_eq(greatest).to_bitmask() & valid.to_bitmask()) | nothing.to_bitmask();
     (least, !certain & 0xFF)
-}
-
-/// Whether the first triangle comes before the second along the ray by (t, id), exactly.
-pub(crate) fn precedes(
-    ray: &Ray,
-    first: u32,
-    second: u32,
-    triangles: &Triangles<'_>,
-    ambiguous: &mut u64,
-) -> bool {
-    let (one, other) = (triangles.triangle(first), triangles.triangle(second));
-    match Distance::new(ray, &one).compare(&Distance::new(ray, &other), ambiguous) {
-        Sign::Negative => true,
-        Sign::Zero => first < second,
-        Sign::Positive => false,
-    }
 }

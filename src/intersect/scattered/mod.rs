@@ -1,46 +1,49 @@
 //! The leaf of scattered films: rays anywhere, kept in clusters along a space-filling curve.
 //!
-//! Directions from a point are sorted by cube face and, on the face, along Morton's curve; start points of parallel rays
-//! along that curve in the plane across their direction. A cluster of consecutive rays on one face is bounded by a frustum,
-//! and runs through the same recursion as a tile. With a cone around directions instead, 1.6 times as many nodes are visited
-//! and a query takes 1.3 to 1.7 times as long, since a cone meets the ball around a box.
+//! Directions from a point are sorted by cube face and, on the face, along Morton's curve; start points of parallel
+//! rays along that curve in the plane across their direction. A cluster of consecutive rays on one face is bounded by a
+//! frustum, and runs through the same recursion as a tile. With a cone around directions instead, 1.6 times as many
+//! nodes are visited and a query takes 1.3 to 1.7 times as long, since a cone meets the ball around a box.
 //!
-//! Edge functions are evaluated in space, see [`crate::intersect::scattered::space_setup`], for the rays that [`crate::intersect::irregular::projection`] leaves.
+//! Edge functions are evaluated in space, see [`crate::intersect::scattered::space_setup`], for the rays that
+//! [`crate::intersect::irregular::projection`] leaves.
 //!
 //! Based on: Gregory Johnson et al., "The Irregular Z-Buffer", 2005; Chris Wyman, Rama Hoetzlein, Aaron Lefohn,
 //! "Frustum-Traced Raster Shadows", 2015.
 
 pub(crate) mod depth;
+pub(crate) mod piercings;
 pub(crate) mod space_setup;
 
 use std::mem::size_of;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::dispatch;
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::exact::predicates::covers;
-use crate::geometry::aabb::Aabb;
-use crate::geometry::aabb::U;
-use crate::geometry::triangles::Triangles;
-use crate::intersect::grid::tiles::Window;
-use crate::intersect::irregular::projection::{CLUSTER, Piercings, Plane};
-use crate::intersect::pencil::intersect_objects;
+use crate::geometry::aabb::{Aabb, U};
+use crate::intersect::context::Context;
+use crate::intersect::pencil::leaf::greatest_key;
+use crate::intersect::pencil::{SubPencil, intersect_objects};
 use crate::intersect::scattered::depth::{Candidate, DepthBuffer};
+use crate::intersect::scattered::piercings::{CLUSTER, Piercings};
 use crate::intersect::scattered::space_setup::SpaceSetup;
+use crate::objects::boxes::Boxes;
 use crate::objects::runs::Runs;
 use crate::options::Accuracy;
 use crate::rays::frustum::{Frustum, Interval, Projection};
-use crate::rays::hits::Hits;
-use crate::rays::pencil::Origin;
-use crate::simd::lanes::{Boxes, LANES, bits};
+use crate::rays::hits::{Hits, Row};
+use crate::rays::origin::Origin;
+use crate::rays::projection::Plane;
+use crate::simd::lanes::{LANES, bits};
 use crate::stats::Stats;
 
-/// Finds the nearest, or any, hit of scattered rays, and counts the pairs of each if it is asked. The window is one row.
+/// Finds the nearest, or any, hit of scattered rays, and counts the pairs of each if it is asked.
 pub(crate) fn intersect(
     query: ScatteredQuery<'_>,
     runs: &Runs,
-    (mut window, pairs): (Window<'_>, &mut [u32]),
+    ((all_ids, all_ts), pairs): (&mut Row<'_>, &mut [u32]),
 ) -> Stats {
     let ScatteredQuery { origin, samples, .. } = query;
     let order = along_curve(origin, samples);
@@ -59,9 +62,6 @@ pub(crate) fn intersect(
     let of_ray = size_of::<u32>() + size_of::<f32>() + if query.counts { size_of::<u32>() } else { 0 };
     let bytes = order.capacity() * size_of::<u32>() + samples.len() * of_ray;
     let mut stats = Stats { engine_bytes: bytes as u64, ..Stats::default() };
-    let Some((all_ids, all_ts)) = window.rows.first_mut() else {
-        return stats;
-    };
     for (places, (hits, tested, cluster)) in clusters.into_iter().zip(found) {
         stats = stats.plus(cluster);
         for (&place, (id, t)) in places.iter().zip(hits.ids.into_iter().zip(hits.ts)) {
@@ -115,11 +115,9 @@ fn interleave(x: f64, y: f64) -> u64 {
 /// What all clusters of one film share.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ScatteredQuery<'a> {
-    pub(crate) triangles: &'a Triangles<'a>,
+    pub(crate) context: Context<'a>,
     pub(crate) origin: Origin,
     pub(crate) samples: &'a [DVec3],
-    pub(crate) accuracy: Accuracy,
-    pub(crate) level: Level,
     /// Whether any hit will do.
     pub(crate) any: bool,
     /// The box of all triangles.
@@ -166,16 +164,12 @@ impl<'a> Cluster<'a> {
         Self { query, places, bound, piercings, depth: DepthBuffer::new(places.len()), tested }
     }
 
-    /// The common origin.
-    pub(crate) fn origin(&self) -> Origin {
-        self.query.origin
-    }
-
     /// The boxes, as bits, that some ray may meet, and a lower bound of t within each.
     pub(crate) fn entered(&self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
         stats.frustum_tests += LANES as u64;
         let (met, ts) = if let Some(Bound { frustum, limits, speed }) = &self.bound {
-            let (met, ts) = dispatch!(self.query.level, simd => frustum.enter_lanes(simd, boxes, limits));
+            let (met, ts) =
+                dispatch!(self.query.context.level, simd => frustum.enter_lanes(simd, boxes, limits));
             // A quotient: one rounding.
             (met, ts.map(|t| t / speed - (t / speed).abs() * (2.0 * U)))
         } else {
@@ -188,7 +182,7 @@ impl<'a> Cluster<'a> {
 
     /// Tests one triangle against the rays that may meet it.
     pub(crate) fn intersect(&mut self, id: u32, stats: &mut Stats) {
-        let ScatteredQuery { triangles, origin, level, .. } = self.query;
+        let ScatteredQuery { context: Context { triangles, level, .. }, origin, .. } = self.query;
         let triangle = triangles.triangle(id);
         let met = self.piercings.may_meet(level, &triangle);
         if met.iter().all(|&rays| rays == 0) {
@@ -221,7 +215,8 @@ impl<'a> Cluster<'a> {
 
     /// Tests one ray against one triangle.
     fn test(&mut self, index: usize, id: u32, setup: &SpaceSetup, stats: &mut Stats) {
-        let ScatteredQuery { triangles, origin, samples, accuracy, any, .. } = self.query;
+        let ScatteredQuery { context: Context { triangles, accuracy, .. }, origin, samples, any, .. } =
+            self.query;
         let sample = samples[self.places[index] as usize];
         stats.samples_tested += 1;
         let inside = match accuracy {
@@ -261,7 +256,7 @@ impl<'a> Cluster<'a> {
 
     /// The hits in the order of the cluster.
     fn hits(&self) -> Hits {
-        let ScatteredQuery { triangles, origin, samples, level, .. } = self.query;
+        let ScatteredQuery { context: Context { triangles, level, .. }, origin, samples, .. } = self.query;
         let Hits { mut ids, mut ts } = Hits::missed(self.places.len());
         let ray = |k: usize| origin.ray(samples[self.places[k] as usize]);
         for (eight, row) in ids.chunks_mut(LANES).zip(ts.chunks_mut(LANES)).enumerate() {
@@ -272,6 +267,24 @@ impl<'a> Cluster<'a> {
         }
         Hits { ids, ts }
     }
+}
+
+impl SubPencil for Cluster<'_> {
+    fn enter(&mut self, boxes: &Boxes, stats: &mut Stats) -> (u64, [f64; LANES]) {
+        self.depth.refresh();
+        self.entered(boxes, stats)
+    }
+
+    fn hides(&self, t: f64) -> bool {
+        self.depth.hides(greatest_key(self.query.origin, t))
+    }
+
+    fn directly_intersect(&mut self, runs: &Runs, run: usize, _: &Aabb, stats: &mut Stats) {
+        let (ids, count) = runs.ids(run);
+        ids[..count].iter().for_each(|&id| self.intersect(id, stats));
+    }
+
+    fn finish(&mut self, _: &mut Stats) {}
 }
 
 /// The frustum around rays from a point through one face of a cube.
@@ -310,6 +323,7 @@ fn beam(direction: DVec3, starts: &[DVec3]) -> Option<(Frustum, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::triangles::Triangles;
     use crate::options::{Options, Path};
     use crate::query::closest_hit;
     use crate::rays::film::{Film, GridFilm};

@@ -1,8 +1,8 @@
 //! Triangle setup for scattered rays: what the rays of a pencil share where they lie on no grid.
 //!
-//! Edge functions are evaluated in space: 2e = d·((A + B)×(b − a)) for an origin at a point, and
-//! 2e = ((p − a) + (p − b))·(D×(b − a)) at infinity. Exchanging a and b changes the sign and nothing else. The depth key is
-//! that of [`crate::intersect::pencil::setup`]: 1/t = (d·N)/(A·N) or −t = ((p − a)·N)/(D·N).
+//! Edge functions are evaluated in space: 2e = d·((A + B)×(b − a)) for an origin at a point, and 2e = ((p − a) + (p −
+//! b))·(D×(b − a)) at infinity. Exchanging a and b changes the sign and nothing else. The depth key is that of
+//! [`crate::intersect::pencil::setup`]: 1/t = (d·N)/(A·N) or −t = ((p − a)·N)/(D·N).
 //!
 //! Based on: Marc Olano and Trey Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997.
 
@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::exact::filter::{Approx, Cross, Sign};
 use crate::exact::predicates::{facing, orientation};
 use crate::geometry::triangles::Triangle;
-use crate::rays::pencil::Origin;
+use crate::rays::origin::Origin;
 
 /// A triangle as the rays of a pencil see it.
 #[derive(Debug)]

@@ -1,35 +1,44 @@
 //! How dense the rays of a pencil are: lengths of lines of points in pixels, and the spacing of rays in a box.
 //!
-//! Lengths must be defined everywhere, behind the eye too, and must not depend on a sub-pencil: they decide how surfaces are
-//! diced. So nothing is projected. From an origin at a point the step from A to B (both from the origin) is the sine of
-//! their angle,
+//! Lengths must be defined everywhere, behind the eye too, and must not depend on a sub-pencil: they decide how
+//! surfaces are diced. So nothing is projected. From an origin at a point the step from A to B (both from the origin)
+//! is the sine of their angle,
 //!
 //! |A×B|/(|A||B|), or 2 less that where the angle is obtuse,
 //!
 //! over the angle of a pixel there. That of a film at distance f with pixels of side h is (h/f)·cos θ across and
 //! (h/f)·cos²θ along the direction away from its axis; the geometric mean stands for both, θ kept within the film. Of
-//! several films that hold the direction the densest counts. From infinity the step is |(B − A)×D|/|D| over the least side
-//! of a pixel. Every step has the same bits from A to B as from B to A, and so has their sum.
+//! several films that hold the direction the densest counts. From infinity the step is |(B − A)×D|/|D| over the least
+//! side of a pixel. Every step has the same bits from A to B as from B to A, and so has their sum.
 //!
-//! Rays that start all over a box and leave to all sides have no film. Around them a pixel is as wide as they are apart at their
-//! start, or the angle between them times the distance from the box, whichever is more, across any direction.
+//! Positions are rounded to f32. Far from the origin a step of that can be as long as many pixels, and no line gets
+//! shorter than that however often it is halved. So a length is also known without what rounding may have added: each
+//! coordinate of a step from A to B counts as shorter by 2⁻²² of the greater of its two magnitudes, two to four units
+//! in the last place, while the middle of the step stays where it is.
 //!
-//! Based on: Matthew Fisher et al., "DiagSplit: Parallel, Crack-free, Adaptive Tessellation for Micropolygon Rendering",
-//! 2009 (the length of an edge from samples of it alone).
+//! Rays that start all over a box and leave to all sides have no film. Around them a pixel is as wide as they are apart
+//! at their start, or the angle between them times the distance from the box, whichever is more, across any direction.
+//!
+//! Based on: Matthew Fisher et al., "DiagSplit: Parallel, Crack-free, Adaptive Tessellation for Micropolygon
+//! Rendering", 2009 (the length of an edge from samples of it alone).
 
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 
 use crate::error::Error;
-use crate::geometry::aabb::Aabb;
 use crate::rays::film::Film;
 use crate::rays::film::GridFilm;
-use crate::rays::pencil::{Origin, Pencil};
-use crate::reyes::dice::detail::Detail;
+use crate::rays::origin::Origin;
+use crate::rays::pencil::Pencil;
+use crate::reyes::dice::detail::{Around, Detail};
+use crate::reyes::dice::dicing::Dicing;
+use crate::simd::isa::Isa;
 use crate::simd::lanes::{LANES, Lanes, Points};
 
 /// Points at which a line is measured.
 pub(crate) const SAMPLES: usize = 5;
+/// What rounding may add to a step of a coordinate: 2⁻²² of its magnitude, and two of the least numbers there are.
+const ROUNDING: [f64; 2] = [1.0 / (1 << 22) as f64, f32::from_bits(2) as f64];
 
 /// The pixels of a film as seen from a point.
 #[derive(Debug, Clone, Copy)]
@@ -40,17 +49,6 @@ struct FilmPixels {
     least_cosine: f64,
     /// Pixels per unit of angle on the axis.
     density: f64,
-}
-
-/// Rays that start all over a box and leave to all sides: how far apart they are.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Around {
-    /// The box that they start in.
-    pub bounds: Aabb,
-    /// World units between neighbours at their start: positive.
-    pub spacing: f64,
-    /// The angle between neighbours, in radians: farther away they are as far apart as this times the distance from the box.
-    pub angle: f64,
 }
 
 /// Where rays come from.
@@ -133,11 +131,38 @@ impl Density {
 
     /// The lengths in pixels of up to eight lines through some points each.
     pub(crate) fn lengths(&self, lines: &[[[f32; 3]; SAMPLES]]) -> [f64; LANES] {
-        dispatch!(self.level, simd => self.lengths_lanes(simd, lines))
+        dispatch!(self.level, simd => self.lengths_lanes::<_, false>(simd, lines))
     }
 
+    /// Whether at least half of the length of a line may be due to rounding: its halves need not be shorter. The same
+    /// from either end.
+    pub(crate) fn is_mostly_rounding(&self, line: &[[f32; 3]; SAMPLES], length: f64) -> bool {
+        if !length.is_finite() {
+            // Nor does halving mend points that are not finite: they are an error when the part is diced.
+            return true;
+        }
+        // Most lines are decided here: rounding is a small part of them.
+        let (mut greatest, mut longest) = (0.0_f32, 0.0_f32);
+        for (from, to) in line.iter().zip(&line[1..]) {
+            for k in 0..3 {
+                greatest = greatest.max(from[k].abs()).max(to[k].abs());
+                longest = longest.max((to[k] - from[k]).abs());
+            }
+        }
+        if f64::from(longest) > 16.0 * rounding(f64::from(greatest)) {
+            return false;
+        }
+        let certain = dispatch!(self.level, simd => self.lengths_lanes::<_, true>(simd, &[*line]));
+        certain[0] * 2.0 <= length
+    }
+
+    /// The lengths of up to eight lines, or with `CERTAIN` what is left of them without rounding.
     #[inline(always)]
-    fn lengths_lanes<S: Simd>(&self, simd: S, lines: &[[[f32; 3]; SAMPLES]]) -> [f64; LANES] {
+    fn lengths_lanes<S: Simd, const CERTAIN: bool>(
+        &self,
+        simd: S,
+        lines: &[[[f32; 3]; SAMPLES]],
+    ) -> [f64; LANES] {
         let mut read = [[[0.0; LANES]; 3]; SAMPLES];
         for (lane, line) in lines.iter().enumerate().take(LANES) {
             for (read, point) in read.iter_mut().zip(line) {
@@ -148,28 +173,32 @@ impl Density {
         for (point, read) in points.iter_mut().zip(&read) {
             *point = Points::widen(simd, read);
         }
+        let ends = |k: usize| {
+            let ends = [points[k], points[k + 1]];
+            if CERTAIN { drawn_together(ends) } else { ends }
+        };
         let mut steps = [Lanes::simd_from(simd, 0.0); SAMPLES - 1];
         let density = match self.source {
             Source::Point(eye) => {
                 let eye = Points::splat(simd, eye);
-                for point in &mut points {
-                    *point = point.minus(eye);
-                }
                 for (k, step) in steps.iter_mut().enumerate() {
-                    *step = angles(simd, points[k], points[k + 1]);
+                    let [a, b] = ends(k);
+                    *step = angles(simd, a.minus(eye), b.minus(eye));
                 }
-                self.towards(simd, points[SAMPLES / 2])
+                self.towards(simd, points[SAMPLES / 2].minus(eye))
             }
             Source::Box => {
                 for (k, step) in steps.iter_mut().enumerate() {
-                    *step = sizes(points[k + 1].minus(points[k]));
+                    let [a, b] = ends(k);
+                    *step = sizes(b.minus(a));
                 }
                 Lanes::simd_from(simd, 1.0) / self.detail.least(simd, [points[SAMPLES / 2]; 2])
             }
             Source::Infinity => {
                 let direction = Points::splat(simd, self.direction);
                 for (k, step) in steps.iter_mut().enumerate() {
-                    *step = sizes(points[k + 1].minus(points[k]).cross(direction));
+                    let [a, b] = ends(k);
+                    *step = sizes(b.minus(a).cross(direction));
                 }
                 Lanes::simd_from(simd, self.outside)
             }
@@ -193,15 +222,14 @@ impl Density {
     }
 }
 
-impl Around {
-    /// Whether pixels have a size.
-    pub(crate) fn check(&self) -> Result<(), Error> {
-        let is_size = self.spacing > 0.0 && self.spacing.is_finite();
-        if is_size && self.angle >= 0.0 && self.angle.is_finite() && !self.bounds.is_empty() {
-            Ok(())
-        } else {
-            Err(Error::Spacing { spacing: self.spacing, angle: self.angle })
-        }
+impl Detail {
+    /// What the rays of a pencil can tell apart, or micropolygons if these are larger than a pixel.
+    ///
+    /// # Errors
+    /// When a film is scattered, the shading rate is out of range, or the machine has no such instructions.
+    pub fn new(pencil: &Pencil, dicing: &Dicing, isa: Isa) -> Result<Self, Error> {
+        dicing.check()?;
+        Ok(Density::new(pencil, isa.level()?)?.detail.of_micropolygons(dicing))
     }
 }
 
@@ -223,6 +251,26 @@ impl FilmPixels {
         let side = if right < up { right } else { up } * film.step();
         Self { axis, least_cosine, density: distance.abs() / side }
     }
+}
+
+/// What rounding may add to a step between coordinates of some magnitude: at least two units in the last place.
+fn rounding(magnitude: f64) -> f64 {
+    magnitude * ROUNDING[0] + ROUNDING[1]
+}
+
+/// The ends of steps that are shorter by what rounding may have added, around the same middles. The same from either
+/// end.
+#[inline(always)]
+fn drawn_together<S: Simd>([a, b]: [Points<S>; 2]) -> [Points<S>; 2] {
+    let axis = |a: Lanes<S>, b: Lanes<S>| {
+        let rounding = a.abs().max(b.abs()) * ROUNDING[0] + ROUNDING[1];
+        let step = b - a;
+        let half = ((step - rounding).max(0.0) + (step + rounding).min(0.0)) * 0.5;
+        let middle = (a + b) * 0.5;
+        [middle - half, middle + half]
+    };
+    let [x, y, z] = [axis(a.x, b.x), axis(a.y, b.y), axis(a.z, b.z)];
+    [0, 1].map(|end| Points { x: x[end], y: y[end], z: z[end] })
 }
 
 /// The sines of the angles between vectors; 2 less that where the angle is obtuse.

@@ -1,12 +1,12 @@
 //! How much detail rays can tell apart, anywhere in space: what a surface on demand knows of those who ask.
 //!
-//! Neighbouring rays are so far apart where they come to a box: the distance between the box and their origins times the angle
-//! between them, or their distance at the start if that is more. An eye is a box of origins without size, from which rays start
-//! at no distance; parallel rays have no angle. Shorter waves than two of these distances show as noise or not at all
-//! (Nyquist), so a surface need not make them: see [`Detail::share`].
+//! Neighbouring rays are so far apart where they come to a box: the distance between the box and their origins times
+//! the angle between them, or their distance at the start if that is more. An eye is a box of origins without size,
+//! from which rays start at no distance; parallel rays have no angle. Shorter waves than two of these distances show as
+//! noise or not at all (Nyquist), so a surface need not make them: see [`Detail::share`].
 //!
-//! All of it is made of + − × ÷ √ and comparisons that are monotone in each coordinate, roundings included: the spacing of a box
-//! is not above that of any box within.
+//! All of it is made of + − × ÷ √ and comparisons that are monotone in each coordinate, roundings included: the spacing
+//! of a box is not above that of any box within.
 //!
 //! Based on: Alan Norton, Alyn Rockwood and Philip Skolmoski, "Clamping: A Method of Antialiasing Textured Surfaces by
 //! Bandwidth Limiting in Object Space", 1982.
@@ -16,12 +16,21 @@ use glam::DVec3;
 
 use crate::error::Error;
 use crate::geometry::aabb::Aabb;
-use crate::geometry::triangles::widen;
-use crate::rays::pencil::Pencil;
-use crate::reyes::dice::Dicing;
-use crate::reyes::dice::density::{Around, Density};
-use crate::simd::isa::Isa;
+use crate::geometry::aabb::widen;
+use crate::reyes::dice::dicing::Dicing;
 use crate::simd::lanes::{LANES, Lanes, Points};
+
+/// Rays that start all over a box and leave to all sides: how far apart they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Around {
+    /// The box that they start in.
+    pub bounds: Aabb,
+    /// World units between neighbours at their start: positive.
+    pub spacing: f64,
+    /// The angle between neighbours, in radians: farther away they are as far apart as this times the distance from the
+    /// box.
+    pub angle: f64,
+}
 
 /// What rays can tell apart, and with which instructions points are found.
 #[derive(Debug, Clone, Copy)]
@@ -35,20 +44,23 @@ pub struct Detail {
     level: Level,
 }
 
+impl Around {
+    /// Whether pixels have a size.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let is_size = self.spacing > 0.0 && self.spacing.is_finite();
+        if is_size && self.angle >= 0.0 && self.angle.is_finite() && !self.bounds.is_empty() {
+            Ok(())
+        } else {
+            Err(Error::Spacing { spacing: self.spacing, angle: self.angle })
+        }
+    }
+}
+
 impl Detail {
     /// All the detail that there is: rays that are nowhere apart, and the best instructions of the machine.
     #[must_use]
     pub fn all() -> Self {
         Self::from_point(DVec3::ZERO, 0.0, Level::new())
-    }
-
-    /// What the rays of a pencil can tell apart, or micropolygons if these are larger than a pixel.
-    ///
-    /// # Errors
-    /// When a film is scattered, the shading rate is out of range, or the machine has no such instructions.
-    pub fn new(pencil: &Pencil, dicing: &Dicing, isa: Isa) -> Result<Self, Error> {
-        dicing.check()?;
-        Ok(Density::new(pencil, isa.level()?)?.detail.of_micropolygons(dicing))
     }
 
     /// Of rays from an eye with so many radians between them.
@@ -79,7 +91,8 @@ impl Detail {
         self.level
     }
 
-    /// The distance between neighbouring rays where they come to points of a box: the least, and the greatest, in world units.
+    /// The distance between neighbouring rays where they come to points of a box: the least, and the greatest, in world
+    /// units.
     #[must_use]
     pub fn spacing(&self, [lo, hi]: [DVec3; 2]) -> [f64; 2] {
         let farthest = |k: usize| {
@@ -90,7 +103,8 @@ impl Detail {
         [gap([lo, hi], self.origins), farthest].map(|distance| self.at(distance))
     }
 
-    /// The least spacing of each of eight boxes, given by their least and their greatest x, y and z: as [`Detail::spacing`] tells it.
+    /// The least spacing of each of eight boxes, given by their least and their greatest x, y and z: as
+    /// [`Detail::spacing`] tells it.
     #[must_use]
     pub fn spacings(&self, boxes: [&[[f64; LANES]; 3]; 2]) -> [f64; LANES] {
         dispatch!(self.level, simd => self.spacings_lanes(simd, boxes))
@@ -132,8 +146,9 @@ impl Detail {
         self.at(gap([lo, hi], self.origins))
     }
 
-    /// How much of waves of some length is to be shown where rays are so far apart: all that are longer than four of these
-    /// distances, none that are shorter than two, and between a part that grows steadily, so that nothing pops up.
+    /// How much of waves of some length is to be shown where rays are so far apart: all that are longer than four of
+    /// these distances, none that are shorter than two, and between a part that grows steadily, so that nothing pops
+    /// up.
     #[must_use]
     pub fn share(wavelength: f64, spacing: f64) -> f64 {
         (wavelength / (2.0 * spacing) - 1.0).clamp(0.0, 1.0)

@@ -1,28 +1,29 @@
 //! Parts of patches, and the rates at which they are diced: without cracks.
 //!
-//! A part is a rectangle of dyadic parameters. Each of its four edges has a *rate* of its own, found from points of that
-//! edge alone: 2^s segments per unit of the parameter, or none yet where a grid would be too large. A part with an edge, or
-//! a middle line, without a rate is split there; halves of the edge are then measured as edges of their own. An edge that
-//! has its rate keeps it, whatever becomes of the parts along it. Both neighbours see the same edges, so they find the same
-//! rates.
+//! A part is a rectangle of dyadic parameters. Each of its four edges has a *rate* of its own, found from points of
+//! that edge alone: 2^s segments per unit of the parameter, or none yet where a grid would be too large. A part with an
+//! edge, or a middle line, without a rate is split there; halves of the edge are then measured as edges of their own.
+//! An edge that has its rate keeps it, whatever becomes of the parts along it. Both neighbours see the same edges, so
+//! they find the same rates.
 //!
-//! A part whose edges all have rates is diced: a grid as fine as the finest of its lines. A point of the grid on an edge
-//! with a coarser rate goes down to the nearest multiple of 2^−s. So the border of the grid is the border that the edge
-//! asks for, whoever dices, and some triangles have no area. Where parts are narrower than a segment, all of their points
-//! on that edge go to its start, outside the part; bounds have to hold them too.
+//! A part whose edges all have rates is diced: a grid as fine as the finest of its lines. A point of the grid on an
+//! edge with a coarser rate goes down to the nearest multiple of 2^−s. So the border of the grid is the border that the
+//! edge asks for, whoever dices, and some triangles have no area. Where parts are narrower than a segment, all of their
+//! points on that edge go to its start, outside the part; bounds have to hold them too.
 //!
-//! No triangle turns over by this: points of a row move along the row and keep their order, and those of two neighbouring
-//! rows span triangles between two lines. A point that lies inside two rated edges would have to lie on a crossing, but one
-//! of the two was there first and ends the other.
+//! No triangle turns over by this: points of a row move along the row and keep their order, and those of two
+//! neighbouring rows span triangles between two lines. A point that lies inside two rated edges would have to lie on a
+//! crossing, but one of the two was there first and ends the other.
 //!
-//! Based on: Matthew Fisher et al., "DiagSplit: Parallel, Crack-free, Adaptive Tessellation for Micropolygon Rendering",
+//! Based on: Matthew Fisher et al., "DiagSplit: Parallel, Crack-free, Adaptive Tessellation for Micropolygon
+//! Rendering",
 //! 2009.
 
 use crate::reyes::dice::rule::Domain;
 
-/// The most segments along an edge of a grid: two to the power of this. For a displaced sheet at 1920x1080 and half a pixel,
-/// grids of up to 8 segments took half as long again as those of up to 16, as every part is measured; those of up to 32 took
-/// 5 % less time, but made a fifth more micropolygons, which costs more where points are dearer.
+/// The most segments along an edge of a grid: two to the power of this. For a displaced sheet at 1920x1080 and half a
+/// pixel, grids of up to 8 segments took half as long again as those of up to 16, as every part is measured; those of
+/// up to 32 took 5 % less time, but made a fifth more micropolygons, which costs more where points are dearer.
 pub(crate) const GRID_BITS: u8 = 4;
 /// The most halvings of a patch along one parameter.
 pub(crate) const MAX_LEVEL: u8 = 20;
@@ -73,6 +74,11 @@ impl Rate {
     /// None yet: the edge is too long.
     pub(crate) const NONE: Self = Self(u8::MAX);
 
+    /// The rate of an edge that splitting does not make shorter: the points at which it was measured, four segments.
+    pub(crate) fn measured(interval: Dyadic) -> Self {
+        Self(interval.level + 2)
+    }
+
     /// The rate of an edge over an interval that asks for some segments: the nearest power of two.
     pub(crate) fn of(interval: Dyadic, segments: f64) -> Self {
         let (mut bits, mut most) = (0, std::f64::consts::SQRT_2);
@@ -104,7 +110,8 @@ pub(crate) struct Line {
 pub(crate) struct SubPatch {
     /// The intervals of u and v.
     pub(crate) sides: [Dyadic; 2],
-    /// Of lines along u, and of lines along v: the rates at the start, at the end, and in the middle of the other parameter.
+    /// Of lines along u, and of lines along v: the rates at the start, at the end, and in the middle of the other
+    /// parameter.
     pub(crate) rates: [[Rate; 3]; 2],
 }
 

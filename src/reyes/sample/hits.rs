@@ -1,8 +1,8 @@
 //! What rays see of surfaces on demand: ids, distances, parameters and normals, and rectangles of them to be written.
 
-use crate::intersect::grid::tiles::Rect;
+use crate::intersect::pencil::rect::Rect;
 use crate::rays::hits::NO_TRIANGLE;
-use crate::reyes::sample::resolve::{Seen, Sights};
+use crate::reyes::sample::resolve::{Resolved, Seen};
 use crate::simd::lanes::{LANES, bits};
 use crate::stats::TileStats;
 
@@ -27,7 +27,8 @@ impl PartialEq for SurfaceHits {
 }
 
 impl SurfaceHits {
-    /// Makes room for some rays that are all going to be written. New memory is made of zeros that nobody has touched yet.
+    /// Makes room for some rays that are all going to be written. New memory is made of zeros that nobody has touched
+    /// yet.
     pub(crate) fn make_room(&mut self, rays: usize, corners: bool) {
         let kept = if corners { rays } else { 0 };
         if (self.ids.len(), self.corners.len()) != (rays, kept) {
@@ -80,8 +81,9 @@ impl SurfaceHits {
         &self.normals
     }
 
-    /// The corners of the micropolygons that are seen, as [`Triangles::leave`](crate::geometry::triangles::Triangles::leave) needs them: zeros where
-    /// there is a miss. Empty unless [`Dicing::keep_corners`](crate::reyes::dice::Dicing::keep_corners) was asked for.
+    /// The corners of the micropolygons that are seen, as
+    /// [`Triangles::leave`](crate::geometry::triangles::Triangles::leave) needs them: zeros where there is a miss.
+    /// Empty unless [`Dicing::keep_corners`](crate::reyes::dice::dicing::Dicing::keep_corners) was asked for.
     #[must_use]
     pub fn corners(&self) -> &[[[f32; 3]; 3]] {
         &self.corners
@@ -93,7 +95,8 @@ impl SurfaceHits {
         &self.tiles
     }
 
-    /// What each ray has cost on the general path, as [`Frame::pairs`](crate::query::frame::Frame::pairs) tells it; else empty.
+    /// What each ray has cost on the general path, as [`Frame::pairs`](crate::query::frame::Frame::pairs) tells it;
+    /// else empty.
     #[must_use]
     pub fn pairs(&self) -> &[u32] {
         &self.pairs
@@ -125,9 +128,9 @@ impl SurfaceRow<'_> {
         first: usize,
         lanes: u64,
         (ids, seen): (&[u32; LANES], &Seen),
-        sights: &Sights,
+        resolved: &Resolved,
     ) {
-        let Sights { ts, uvs, normals } = sights;
+        let Resolved { ts, uvs, normals } = resolved;
         for lane in bits(lanes) {
             let ray = first + lane;
             (self.ids[ray], self.ts[ray]) = (ids[lane], ts[lane]);

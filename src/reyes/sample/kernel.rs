@@ -12,19 +12,13 @@
 use fearless_simd::prelude::*;
 
 use crate::geometry::aabb::Aabb;
-use crate::geometry::ray::Ray;
 use crate::intersect::grid::hierarchical_z::HierarchicalZ;
-use crate::intersect::grid::tiles::Rect;
-use crate::intersect::pencil::screen_bounds::Pixels;
-use crate::rays::film::GridFilm;
-use crate::rays::frustum::Frustum;
-use crate::rays::pencil::Origin;
+use crate::intersect::pencil::rect::Rect;
+use crate::reyes::sample::grid_tile::GridTile;
 use crate::reyes::sample::projected::{IRREGULAR, KEY_ERROR, PLACE_ERROR, PLACE_ERROR_PART, PlacedGrid};
 use crate::reyes::sample::winners::GridSamples;
 use crate::simd::lanes::{LANES, Lanes, Narrow, Points, bits};
 
-/// 0 to 7.
-const COLUMNS: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 /// Quadrilaterals around more columns or rows than this are tested by themselves.
 const MOST_SIDE: f32 = 16.0;
 
@@ -35,40 +29,7 @@ fn ends(numbers: [f64; LANES]) -> (f64, f64) {
     (least, greatest)
 }
 
-/// What a tile is to its leaf.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct GridTile<'a> {
-    pub(crate) origin: Origin,
-    pub(crate) film: &'a GridFilm,
-    pub(crate) rect: Rect,
-    pub(crate) frustum: Frustum,
-    /// Columns and rows from the first ray of the tile.
-    pub(crate) pixels: Pixels,
-}
-
 impl GridTile<'_> {
-    /// The ray at a column and row of the tile.
-    pub(crate) fn ray(&self, [x, y]: [u32; 2]) -> Ray {
-        self.origin.ray(self.film.at(self.rect.x0 + x, self.rect.y0 + y))
-    }
-
-    /// Origins and directions of eight rays of a row: exact, as those of one.
-    #[inline(always)]
-    pub(crate) fn eight_rays<S: Simd>(&self, simd: S, [x, y]: [u32; 2]) -> [Points<S>; 2] {
-        let [_, right, _] = self.film.span();
-        let first = self.film.at(self.rect.x0 + x, self.rect.y0 + y);
-        let steps = Lanes::load_array(simd, COLUMNS) * self.film.step();
-        let along = Points {
-            x: steps * right.x + first.x,
-            y: steps * right.y + first.y,
-            z: steps * right.z + first.z,
-        };
-        match self.origin {
-            Origin::Point(eye) => [Points::splat(simd, eye), along],
-            Origin::Infinity(direction) => [along, Points::splat(simd, direction)],
-        }
-    }
-
     /// Whether what lies in a box is hidden from all rays that it may meet. Its keys are at most `greatest`.
     #[inline(always)]
     pub(crate) fn hides<S: Simd>(

@@ -1,14 +1,16 @@
 //! One of the two triangles of a micropolygon, and its order among others.
 //!
-//! Triangles at the same distance come in the order of their surfaces' ids, then of their corners and parameters. So the
-//! order is one of values alone, and it does not matter who found them, when, or how often.
+//! Triangles at the same distance come in the order of their surfaces' ids, then of their corners and parameters. So
+//! the order is one of values alone, and it does not matter who found them, when, or how often.
 
 use std::cmp::Ordering;
 
 use crate::exact::filter::Sign;
 use crate::exact::predicates::Distance;
+use crate::geometry::aabb::widen;
 use crate::geometry::ray::Ray;
-use crate::geometry::triangles::{Triangle, widen};
+use crate::geometry::triangles::Triangle;
+use crate::reyes::dice::grid::GridOrigin;
 
 /// A triangle of a grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +28,16 @@ pub(crate) fn triangle_of(corners: &[[f32; 3]; 3]) -> Triangle {
 }
 
 impl Micropolygon {
+    /// A triangle of a grid, given the first corner of its quadrilateral and which of the two it is.
+    pub(crate) fn of(grid: &GridOrigin, triangle: (usize, bool), corners: [[f32; 3]; 3]) -> Self {
+        let width = (1 << grid.bits[0]) + 1;
+        let parameters = grid.corners(triangle).map(|corner| {
+            // In range: grids are small.
+            grid.part.parameters(grid.bits, [corner % width, corner / width].map(|place| place as u32))
+        });
+        Self { surface: grid.surface, corners, parameters }
+    }
+
     /// The order of triangles at the same distance.
     pub(crate) fn order(&self, other: &Self) -> Ordering {
         let corners = [self, other].map(|triangle| triangle.corners.as_flattened());

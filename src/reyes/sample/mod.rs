@@ -1,5 +1,6 @@
 //! The leaf of surfaces on demand: micropolygons against the points of a film.
 
+pub(crate) mod grid_tile;
 pub(crate) mod hits;
 pub(crate) mod kernel;
 pub(crate) mod micropolygon;

@@ -1,15 +1,16 @@
 //! The points of a grid on a tile: columns, rows and depth keys.
 //!
 //! A place on the film errs by at most δ = 2⁻¹⁹ + 2⁻²²m, m its magnitude: 2⁻²⁰ + 2⁻³⁰m of a regular point, see
-//! [`crate::intersect::pencil::screen_bounds`], and 2⁻²⁴m of rounding to f32. An edge function (a_x − x)(b_y − y) − (a_y − y)(b_x − x) of a ray
-//! within δ of the box of the triangle, D the sum of the box's sides, has factors of at most D + 2δ that err by 2δ each:
-//! less than 8δ(D + 2δ) in all, roundings included. Irregular points are put at [`IRREGULAR`].
+//! [`crate::intersect::pencil::screen_bounds`], and 2⁻²⁴m of rounding to f32. An edge function (a_x − x)(b_y − y) −
+//! (a_y − y)(b_x − x) of a ray within δ of the box of the triangle, D the sum of the box's sides, has factors of at
+//! most D + 2δ that err by 2δ each: less than 8δ(D + 2δ) in all, roundings included. Irregular points are put at
+//! [`IRREGULAR`].
 //!
-//! The depth key of a ray lies between those of the corners, see [`crate::intersect::grid::tile_keys`]: micropolygons are small, so the exact
-//! order is asked rarely.
+//! The depth key of a ray lies between those of the corners, see [`crate::intersect::grid::tile_keys`]: micropolygons
+//! are small, so the exact order is asked rarely.
 //!
-//! Based on: Juan Pineda, "A Parallel Algorithm for Polygon Rasterization", 1988 (edge functions); Kayvon Fatahalian et al.,
-//! "Data-Parallel Rasterization of Micropolygons with Defocus and Motion Blur", 2009.
+//! Based on: Juan Pineda, "A Parallel Algorithm for Polygon Rasterization", 1988 (edge functions); Kayvon Fatahalian et
+//! al., "Data-Parallel Rasterization of Micropolygons with Defocus and Motion Blur", 2009.
 
 use fearless_simd::prelude::*;
 

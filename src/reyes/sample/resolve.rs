@@ -1,9 +1,9 @@
 //! What eight rays see of the micropolygons that they hit: distances, parameters and normals.
 //!
 //! With A = a − o and so on, N = (b − a)×(c − a), t = (A·N)/(d·N); the weights of the corners are those of
-//! [`crate::objects::barycentric`], and (u, v) is the weighted sum of the corners'. The normal is N/|N|: for f32 corners |N|² lies within
-//! the range of f64. One fixed sequence of operations, the same on every path and machine. Where the error of t leaves
-//! doubt about the nearest f32, the exact stage rounds.
+//! [`crate::objects::barycentric`], and (u, v) is the weighted sum of the corners'. The normal is N/|N|: for f32
+//! corners |N|² lies within the range of f64. One fixed sequence of operations, the same on every path and machine.
+//! Where the error of t leaves doubt about the nearest f32, the exact stage rounds.
 //!
 //! Based on: August Ferdinand Möbius, "Der barycentrische Calcul", 1827; Jonathan Shewchuk, "Adaptive Precision
 //! Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997 (static filters).
@@ -25,7 +25,7 @@ const QUOTIENT_SLACK: f64 = 4.0 * U;
 
 /// What eight rays see.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Sights {
+pub(crate) struct Resolved {
     pub(crate) ts: [f32; LANES],
     pub(crate) uvs: [[f32; LANES]; 2],
     pub(crate) normals: [[f32; LANES]; 3],
@@ -55,8 +55,8 @@ impl Seen {
         }
     }
 
-    /// What the rays of some lanes, with origins and directions, see of their triangles, which they hit. `ray` makes the ray
-    /// of a lane.
+    /// What the rays of some lanes, with origins and directions, see of their triangles, which they hit. `ray` makes
+    /// the ray of a lane.
     #[inline(always)]
     pub(crate) fn along<S: Simd>(
         &self,
@@ -64,7 +64,7 @@ impl Seen {
         [origin, direction]: [Points<S>; 2],
         lanes: u64,
         ray: impl Fn(usize) -> Ray,
-    ) -> Sights {
+    ) -> Resolved {
         let mut corners = [origin; 3];
         for (corner, read) in corners.iter_mut().zip(&self.corners) {
             let [x, y, z] = transposed_points(simd, read);
@@ -76,19 +76,19 @@ impl Seen {
         let (normal, permanent) = cross(sides[0], c.minus(a));
 
         let (ts, doubtful) = distances([normal, permanent], from[0], direction);
-        let mut sights =
-            Sights { ts, uvs: self.uvs(simd, from, sides, direction), normals: [[0.0; LANES]; 3] };
+        let mut resolved =
+            Resolved { ts, uvs: self.uvs(simd, from, sides, direction), normals: [[0.0; LANES]; 3] };
         for lane in bits(doubtful & lanes) {
             let triangle = triangle_of(&[0, 1, 2].map(|corner: usize| self.corners[corner][lane]));
-            sights.ts[lane] = Distance::new(&ray(lane), &triangle).rounded();
+            resolved.ts[lane] = Distance::new(&ray(lane), &triangle).rounded();
         }
 
         let length = normal.dot_lanes(normal).sqrt();
         let unit = [normal.x / length, normal.y / length, normal.z / length];
-        for (stored, part) in sights.normals.iter_mut().zip(unit) {
+        for (stored, part) in resolved.normals.iter_mut().zip(unit) {
             narrow(part).store_slice(stored);
         }
-        sights
+        resolved
     }
 
     /// (u, v) of the rays, given the corners from the origin and the sides.

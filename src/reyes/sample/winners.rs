@@ -1,9 +1,10 @@
 //! The nearest micropolygons of a tile's rays, while it is worked on.
 //!
-//! Each ray keeps bounds of its depth key, see [`crate::intersect::grid::tile_keys`], and the triangle that it has hit: its corners, and the
-//! place of its quadrilateral in a grid. Grids are forgotten when they have been sampled; what remains of one that some ray
-//! has hit is which part of which patch it was. Those that are hidden by now are dropped when there is no room for more, so
-//! that a tile takes as much memory as its rays, whatever the number of micropolygons.
+//! Each ray keeps bounds of its depth key, see [`crate::intersect::grid::tile_keys`], and the triangle that it has hit:
+//! its corners, and the place of its quadrilateral in a grid. Grids are forgotten when they have been sampled; what
+//! remains of one that some ray has hit is which part of which patch it was. Those that are hidden by now are dropped
+//! when there is no room for more, so that a tile takes as much memory as its rays, whatever the number of
+//! micropolygons.
 //!
 //! Based on: Edwin Catmull, "A Subdivision Algorithm for Computer Display of Curved Surfaces", 1974 (the z-buffer).
 
@@ -14,12 +15,12 @@ use crate::exact::predicates::{Distance, covers};
 use crate::geometry::aabb::Aabb;
 use crate::intersect::grid::hierarchical_z::BLOCK_SIDE;
 use crate::intersect::grid::tile_keys::{SIDE, TileKeys};
-use crate::intersect::grid::tiles::Rect;
+use crate::intersect::pencil::rect::Rect;
 use crate::intersect::pencil::setup::exact_side;
-use crate::rays::pencil::Origin;
-use crate::reyes::dice::patch::SubPatch;
+use crate::rays::origin::Origin;
+use crate::reyes::dice::grid::GridOrigin;
+use crate::reyes::sample::grid_tile::GridTile;
 use crate::reyes::sample::hits::SurfaceRow;
-use crate::reyes::sample::kernel::GridTile;
 use crate::reyes::sample::micropolygon::{Micropolygon, triangle_of};
 use crate::reyes::sample::resolve::Seen;
 use crate::simd::lanes::{LANES, bits};
@@ -27,6 +28,8 @@ use crate::stats::Stats;
 
 /// Grids that are remembered: what a tile's rays may need, and some more, so that they are dropped rarely.
 const GRIDS: usize = SIDE * SIDE + 512;
+/// Rays that are tested one by one; of more, those are left out first that are not near a triangle.
+const FEW_RAYS: u32 = 32;
 /// Keys from distances: rounded twice to f32.
 const KEY_ROUNDING: f32 = 1.0 / (1 << 22) as f32;
 /// The greatest lower bound of a key.
@@ -42,34 +45,6 @@ struct Winner {
     first: u16,
     /// Which triangle of the two.
     second: bool,
-}
-
-/// A grid that some ray has hit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct GridOrigin {
-    pub(crate) surface: u32,
-    pub(crate) part: SubPatch,
-    /// Segments along u and v as powers of two.
-    pub(crate) bits: [u8; 2],
-}
-
-impl GridOrigin {
-    /// The points of a triangle, counted through the grid, given the first corner of its quadrilateral and which of the two
-    /// it is.
-    pub(crate) fn corners(&self, (first, second): (usize, bool)) -> [usize; 3] {
-        let above = first + (1 << self.bits[0]) + 1;
-        if second { [first, above + 1, above] } else { [first, first + 1, above + 1] }
-    }
-
-    /// A triangle with its parameters.
-    pub(crate) fn micropolygon(&self, triangle: (usize, bool), corners: [[f32; 3]; 3]) -> Micropolygon {
-        let width = (1 << self.bits[0]) + 1;
-        let parameters = self.corners(triangle).map(|corner| {
-            // In range: grids are small.
-            self.part.parameters(self.bits, [corner % width, corner / width].map(|place| place as u32))
-        });
-        Micropolygon { surface: self.surface, corners, parameters }
-    }
 }
 
 /// What the rays of a tile have hit so far.
@@ -110,7 +85,7 @@ impl TileSamples {
     /// The triangle of a winner.
     fn micropolygon(&self, winner: &Winner) -> Micropolygon {
         let place = (usize::from(winner.first), winner.second);
-        self.grids[winner.grid as usize].micropolygon(place, winner.corners)
+        Micropolygon::of(&self.grids[winner.grid as usize], place, winner.corners)
     }
 
     /// Writes what the rays of a row see.
@@ -131,8 +106,8 @@ impl TileSamples {
                 }
                 // In range: fewer than eight columns.
                 let ray = |lane: usize| tile.ray([x + lane as u32, y]);
-                let sights = seen.along(simd, tile.eight_rays(simd, [x, y]), hit, ray);
-                row.put(x as usize, hit, (&ids, &seen), &sights);
+                let resolved = seen.along(simd, tile.eight_rays(simd, [x, y]), hit, ray);
+                row.put(x as usize, hit, (&ids, &seen), &resolved);
             }
         }
     }
@@ -221,7 +196,7 @@ impl GridSamples<'_> {
         }
         let nearer = match self.tile.winner(x, y) {
             Some(winner) if lo <= self.tile.keys.at(x, y)[1] => {
-                let candidate = self.grid.micropolygon(triangle, corners);
+                let candidate = Micropolygon::of(&self.grid, triangle, corners);
                 candidate.precedes(&self.tile.micropolygon(winner), &ray, &mut self.stats.ambiguous_order)
             }
             _ => true,
@@ -258,30 +233,54 @@ impl GridSamples<'_> {
         place
     }
 
-    /// Tests both triangles of a quadrilateral against all rays of a rectangle, one by one.
+    /// Tests both triangles of a quadrilateral against the rays of a rectangle.
     #[inline(never)]
     pub(crate) fn test_all(&mut self, tile: &GridTile<'_>, first: usize, rect: Rect) {
         for second in [false, true] {
             let corners = self.corners((first, second));
-            if tile.frustum.enter(&Aabb::of_points(corners)).is_none() {
+            let bounds = Aabb::of_points(corners);
+            if tile.frustum.enter(&bounds).is_none() {
                 continue;
             }
-            let triangle = triangle_of(&corners);
-            if exact_side(tile.origin, &triangle) == Sign::Zero {
+            if exact_side(tile.origin, &triangle_of(&corners)) == Sign::Zero {
                 // Seen edge-on, or without area.
                 continue;
             }
-            for y in rect.y0..rect.y1 {
-                for x in rect.x0..rect.x1 {
-                    let ray = tile.ray([x, y]);
-                    let ambiguous = &mut self.stats.ambiguous_coverage;
-                    if covers(&ray, &triangle, tile.origin.ties(), ambiguous) {
-                        let keys = keys_of(tile.origin, Distance::new(&ray, &triangle).bounds());
-                        self.offer(tile, (first, second), [x, y], keys, true);
-                    }
+            // Halves of halves, so that there are at most as many as halvings.
+            let mut rects = vec![rect];
+            while let Some(rect) = rects.pop() {
+                if rect.width() * rect.height() <= FEW_RAYS {
+                    self.test_some(tile, (first, second), rect);
+                } else if tile.frustum_over(rect).enter(&bounds).is_some() {
+                    rects.extend(halves(rect));
                 }
             }
         }
+    }
+
+    /// Tests a triangle against the rays of a rectangle, one by one.
+    fn test_some(&mut self, tile: &GridTile<'_>, triangle: (usize, bool), rect: Rect) {
+        let corners = triangle_of(&self.corners(triangle));
+        for y in rect.y0..rect.y1 {
+            for x in rect.x0..rect.x1 {
+                let ray = tile.ray([x, y]);
+                if covers(&ray, &corners, tile.origin.ties(), &mut self.stats.ambiguous_coverage) {
+                    let keys = keys_of(tile.origin, Distance::new(&ray, &corners).bounds());
+                    self.offer(tile, triangle, [x, y], keys, true);
+                }
+            }
+        }
+    }
+}
+
+/// The halves of the longer side of a rectangle.
+fn halves(rect: Rect) -> [Rect; 2] {
+    if rect.width() < rect.height() {
+        let y = rect.y0 + rect.height() / 2;
+        [Rect { y1: y, ..rect }, Rect { y0: y, ..rect }]
+    } else {
+        let x = rect.x0 + rect.width() / 2;
+        [Rect { x1: x, ..rect }, Rect { x0: x, ..rect }]
     }
 }
 

@@ -10,7 +10,8 @@ use std::sync::LazyLock;
 use std::{env, fs, process};
 
 use libfuzzer_sys::fuzz_target;
-use umbel::{Error, GltfFile, GltfOptions, Scene, VertexTarget};
+use umbel::{Error, Scene};
+use umbel::formats::{GltfFile, GltfOptions, VertexTarget};
 
 #[path = "../promises.rs"]
 mod promises;

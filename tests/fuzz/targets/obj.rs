@@ -10,7 +10,8 @@ use std::sync::LazyLock;
 use std::{env, fs, process};
 
 use libfuzzer_sys::fuzz_target;
-use umbel::{Error, ObjOptions, Scene, read_obj};
+use umbel::{Error, Scene};
+use umbel::formats::{ObjOptions, read_obj};
 
 #[path = "../promises.rs"]
 mod promises;

@@ -6,17 +6,11 @@
 #![no_main]
 
 use arbitrary::{Arbitrary, Result, Unstructured};
+use common::oracle::{self, OracleRay, Ties};
 use libfuzzer_sys::fuzz_target;
 use umbel::glam::DVec3;
-use umbel::{
-    Film, GridFilm, Isa, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays, Triangles, any_hit,
-    closest_hit,
-};
-
-#[path = "../../oracle/mod.rs"]
-mod oracle;
-
-use oracle::{OracleRay, Ties};
+use umbel::{NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Triangles, any_hit, closest_hit};
+use umbel::engine::{Film, GridFilm, Isa, Rays};
 
 #[derive(Debug)]
 struct Case {

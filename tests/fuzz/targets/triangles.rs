@@ -7,10 +7,8 @@
 use arbitrary::Arbitrary;
 use libfuzzer_sys::fuzz_target;
 use umbel::glam::DVec3;
-use umbel::{
-    Accuracy, Aov, Camera, Film, GridFilm, Isa, Lens, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Rays,
-    Scene, Segment, Side, TriangleId, Triangles, any_hit, blocked, closest_hit, visibility,
-};
+use umbel::{Aov, Camera, Lens, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Scene, TriangleId, Triangles, any_hit, closest_hit, visibility};
+use umbel::engine::{Accuracy, Film, GridFilm, Isa, Rays, Segment, Side, blocked};
 
 /// More rays than this only cost time.
 const MOST_RAYS: usize = 2048;

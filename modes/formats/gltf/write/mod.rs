@@ -7,7 +7,7 @@
 
 pub(crate) mod instances;
 pub(crate) mod texture;
-pub(crate) mod vertex;
+pub mod vertex;
 
 use std::fs;
 use std::io::Write;
@@ -50,8 +50,8 @@ impl GltfFile {
         })
     }
 
-    /// Formats are not converted: that would have to move every buffer.
-    /// Whether the file can be written under a name, as far as that depends on what it holds.
+    /// Whether the file can be written under a name, as far as that depends on what it holds. Formats are not converted:
+    /// that would have to move every buffer.
     ///
     /// # Errors
     /// [`Error::Usage`], as [`GltfFile::write`].
@@ -139,6 +139,10 @@ impl GltfFile {
 pub(crate) fn array<'a>(json: &'a mut Value, key: &str) -> Result<&'a mut Vec<Value>, Problem> {
     let root = json.as_object_mut().ok_or_else(|| broken("the JSON is not an object"))?;
     let value = root.entry(key).or_insert_with(|| json!([]));
+    // As if it were missing, which is how it is read.
+    if value.is_null() {
+        *value = json!([]);
+    }
     value.as_array_mut().ok_or_else(|| broken(format!("`{key}` is not an array")))
 }
 

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 use crate::error::Error;
 use crate::error::Problem;
 use crate::formats::gltf::GltfFile;
+use crate::formats::gltf::document::whole;
 use crate::formats::gltf::write::{array, primitive_mut, push};
 
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
@@ -48,6 +49,7 @@ impl GltfFile {
                 remedy: "Unwrap the meshes first, choose another set, or store occlusion at the vertices.",
             });
         }
+        // Refused before anything is changed. Each of these gets an element below, so none is left empty.
         for key in ["images", "materials", "samplers", "textures"] {
             array(&mut self.json, key)?;
         }
@@ -75,7 +77,7 @@ impl GltfFile {
             let primitives = value.get_mut("primitives").and_then(Value::as_array_mut);
             for (index, primitive) in primitives.into_iter().flatten().enumerate() {
                 if !baked.contains(&(mesh, index)) {
-                    others.extend(slots(primitive).into_iter().filter_map(|slot| index_in(slot)));
+                    others.extend(named_slots(primitive).into_iter().filter_map(|slot| index_in(slot)));
                 }
             }
         }
@@ -101,13 +103,21 @@ impl GltfFile {
     }
 }
 
-/// The places in a primitive that name a material: its own, which is made if it is missing, and those of its variants.
+/// The places in a primitive that shall name a material: its own, which is made if it is missing, and those of its
+/// variants. Whoever asks for these must fill them: a null would be no valid index.
 fn slots(primitive: &mut Value) -> Vec<&mut Value> {
+    if let Some(fields) = primitive.as_object_mut() {
+        fields.entry("material").or_insert(Value::Null);
+    }
+    named_slots(primitive)
+}
+
+/// The places in a primitive that are there to name a material.
+fn named_slots(primitive: &mut Value) -> Vec<&mut Value> {
     let has_variants = primitive.pointer(MAPPINGS).is_some_and(Value::is_array);
     let Some(fields) = primitive.as_object_mut() else {
         return Vec::new();
     };
-    fields.entry("material").or_insert(Value::Null);
     let mut found = Vec::new();
     for (key, value) in fields {
         if key == "material" {
@@ -122,7 +132,7 @@ fn slots(primitive: &mut Value) -> Vec<&mut Value> {
 }
 
 fn index_in(slot: &Value) -> Option<usize> {
-    slot.as_u64().and_then(|index| usize::try_from(index).ok())
+    whole(slot).and_then(|index| usize::try_from(index).ok())
 }
 
 /// The material itself, a copy where others use it, or a new one where there is none.

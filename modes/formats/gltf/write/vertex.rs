@@ -12,11 +12,12 @@ use serde_json::{Value, json};
 
 use crate::error::Error;
 use crate::error::Problem;
+use crate::formats::gltf::GltfFile;
 use crate::formats::gltf::accessor::Data;
-use crate::formats::gltf::document::{Document, broken};
+use crate::formats::gltf::document::{Document, broken, whole};
 use crate::formats::gltf::extensions::DRACO;
+use crate::formats::gltf::options::GltfOrigin;
 use crate::formats::gltf::write::{primitive_mut, push};
-use crate::formats::gltf::{GltfFile, GltfOrigin};
 
 /// A buffer view of vertex attributes, `ARRAY_BUFFER` of OpenGL.
 const ARRAY_BUFFER: u32 = 34962;
@@ -89,6 +90,10 @@ impl GltfFile {
         let mut made: HashMap<(Range<u32>, Option<usize>), usize> = HashMap::new();
         for index in stored {
             let GltfOrigin { mesh, primitive, vertices, .. } = self.origins[index].clone();
+            // An accessor without elements would be invalid, and nothing is lost without it.
+            if vertices.is_empty() {
+                continue;
+            }
             let old = attribute(primitive_mut(&mut self.json, mesh, primitive)?, target);
             let accessor = match made.get(&(vertices.clone(), old)) {
                 Some(&accessor) => accessor,
@@ -103,6 +108,9 @@ impl GltfFile {
             primitive["attributes"][target.attribute()] = accessor.into();
             replaced += usize::from(old.is_some() && target == VertexTarget::Ao);
             stripped += usize::from(strip_draco(primitive));
+        }
+        if stripped > 0 {
+            forget_draco(&mut self.json);
         }
         let draco = format!("primitives that keep their uncompressed data alone, without {DRACO}");
         let counts = [
@@ -177,12 +185,38 @@ fn read_color(data: Data<'_>, accessor: usize, place: &str) -> Result<Vec<[f64; 
 
 /// The accessor of a primitive's attribute.
 fn attribute(primitive: &Value, target: VertexTarget) -> Option<usize> {
-    let accessor = primitive.get("attributes")?.get(target.attribute())?.as_u64()?;
+    let accessor = whole(primitive.get("attributes")?.get(target.attribute())?)?;
     usize::try_from(accessor).ok()
 }
 
 /// Takes the compressed copy of a primitive's data away, which lacks the new attribute and may order vertices otherwise.
 fn strip_draco(primitive: &mut Value) -> bool {
-    let extensions = primitive.get_mut("extensions").and_then(Value::as_object_mut);
-    extensions.is_some_and(|extensions| extensions.shift_remove(DRACO).is_some())
+    let Some(extensions) = primitive.get_mut("extensions").and_then(Value::as_object_mut) else {
+        return false;
+    };
+    let had_it = extensions.shift_remove(DRACO).is_some();
+    let is_bare = had_it && extensions.is_empty();
+    if let Some(fields) = primitive.as_object_mut().filter(|_| is_bare) {
+        fields.shift_remove("extensions");
+    }
+    had_it
+}
+
+/// Takes an extension off the list of those in use, if no primitive has it any more.
+fn forget_draco(json: &mut Value) {
+    let meshes = json.get("meshes").and_then(Value::as_array).into_iter().flatten();
+    let mut primitives = meshes.filter_map(|mesh| mesh.get("primitives")?.as_array()).flatten();
+    let pointer = format!("/extensions/{DRACO}");
+    if primitives.any(|primitive| primitive.pointer(&pointer).is_some()) {
+        return;
+    }
+    let Some(root) = json.as_object_mut() else { return };
+    for key in ["extensionsUsed", "extensionsRequired"] {
+        let Some(names) = root.get_mut(key).and_then(Value::as_array_mut) else { continue };
+        let count = names.len();
+        names.retain(|name| name != DRACO);
+        if names.is_empty() && count > 0 {
+            root.shift_remove(key);
+        }
+    }
 }

@@ -6,11 +6,12 @@ use fearless_simd::{Level, dispatch, prelude::*};
 use glam::DVec3;
 use umbel_core::Domain;
 
-use crate::surfaces::builtin::field::HALF_SIDE;
 use crate::surfaces::extent::Extent;
 use crate::surfaces::lanes::{LANES, LaneMap, Lanes, PointLanes, map_points};
 use crate::surfaces::noise::plane::{Cursor, PlaneNoise, Rectangle};
 
+/// Half of the side of the field, in metres.
+pub(crate) const HALF_SIDE: f64 = 1024.0;
 /// Patches of the ground along each side.
 pub(crate) const PATCHES: u32 = 16;
 /// Octaves and amplitude, in metres, of the hills.

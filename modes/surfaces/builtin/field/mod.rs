@@ -16,8 +16,9 @@ use fearless_simd::Level;
 use glam::DVec3;
 use umbel_core::{Aabb, Detail, Domain, OnDemand};
 
-use crate::bake::sample_sets::{mix, uniform};
+use crate::random::{mix, uniform};
 use crate::surfaces::builtin::field::blades::{Blade, head_extent, on_head};
+use crate::surfaces::builtin::field::hills::HALF_SIDE;
 use crate::surfaces::extent::{Extent, rounded};
 use crate::surfaces::lanes::{LANES, map_points};
 use crate::surfaces::noise::plane::Rectangle;
@@ -25,9 +26,7 @@ use crate::surfaces::noise::plane::Rectangle;
 /// Levels of the quadtree above its cells: 2¹² cells to each side.
 const LEVELS: u32 = 12;
 /// The side of a cell, in metres.
-const CELL: f64 = 0.5;
-/// Half of the side of the field.
-pub(crate) const HALF_SIDE: f64 = CELL * (1 << LEVELS) as f64 * 0.5;
+const CELL: f64 = 2.0 * HALF_SIDE / (1 << LEVELS) as f64;
 /// Blades of a cell.
 const BLADES: u32 = 6;
 /// The share of cells with an umbel.

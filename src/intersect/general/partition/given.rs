@@ -1,20 +1,20 @@
 //! Dividing objects as they are given: between groups, and within a group at the middle of its order.
 //!
-//! Groups are flat, and halves are made of whole ones: at the end nearest to the middle of the triangles. Two such steps at most
-//! halve the triangles, or leave a single group: one that covers the middle comes to lie at an end of its side, and the next step
-//! cuts it off. So k groups of any sizes make the recursion no deeper than 2·log₂(n) steps and those within a group.
+//! Groups are flat, and halves are made of whole ones: at the end nearest to the middle of the triangles. Two such
+//! steps at most halve the triangles, or leave a single group: one that covers the middle comes to lie at an end of its
+//! side, and the next step cuts it off. So k groups of any sizes make the recursion no deeper than 2·log₂(n) steps and
+//! those within a group.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011 (a given partition, such as the scene graph).
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011 (a given partition, such as the scene graph).
 
 use crate::geometry::aabb::Aabb;
-use crate::intersect::general::partition::Split;
 
 /// Whole runs of a group's order stay together.
 const RUN: usize = 64;
-/// A given order is followed while the areas of both halves' boxes, weighed by their parts of the objects, are at most this part
-/// of their parent's area: for halves of a cube that is 2/3, for those of a random order 1. With 3/4 the order of a file is
-/// followed nowhere among the shared scenes but between the groups of one.
+/// A given order is followed while the areas of both halves' boxes, weighed by their parts of the objects, are at most
+/// this part of their parent's area: for halves of a cube that is 2/3, for those of a random order 1. With 3/4 the
+/// order of a file is followed nowhere among the shared scenes but between the groups of one.
 const COHERENT: f64 = 0.875;
 
 /// How many of `len` consecutive triangles, from `first` on, are on the left side; `ends` are those of all groups.
@@ -31,9 +31,9 @@ pub(crate) fn half(ends: &[u32], first: u32, len: usize) -> usize {
     }
 }
 
-/// Whether two sides of so many objects have so much smaller boxes than both together that fewer rays meet each: a given order is
-/// coherent. Not weighed, a few triangles with a large box would count as half of the objects: then following the groups of jet,
-/// which do not separate it, took 1.5 times the tests.
+/// Whether two sides of so many objects have so much smaller boxes than both together that fewer rays meet each: a
+/// given order is coherent. Not weighed, a few triangles with a large box would count as half of the objects: then
+/// following the groups of jet, which do not separate it, took 1.5 times the tests.
 pub(crate) fn separates(bounds: &Aabb, boxes: &[Aabb; 2], counts: [usize; 2]) -> bool {
     let area = |bounds: &Aabb| {
         let [x, y, z] = bounds.extent();
@@ -43,13 +43,13 @@ pub(crate) fn separates(bounds: &Aabb, boxes: &[Aabb; 2], counts: [usize; 2]) ->
     left + right <= COHERENT * (counts[0] + counts[1]) as f64 * area(bounds)
 }
 
-/// The order in space of two sides, of which the left one has `left` objects: along the axis on which their centres lie farthest
-/// apart.
-pub(crate) fn in_space(left: usize, boxes: &[Aabb; 2]) -> Split {
+/// The order in space of two sides: the axis along which their centres lie farthest apart, and whether they ascend
+/// along it.
+pub(crate) fn order(boxes: &[Aabb; 2]) -> (usize, bool) {
     let [one, other] = boxes.map(|bounds| bounds.centre());
     let apart = [0, 1, 2].map(|k| other[k] - one[k]);
     let axis = (0..3).fold(0, |most, k| if apart[k].abs() > apart[most].abs() { k } else { most });
-    Split { left, axis, ascending: apart[axis] >= 0.0, sampled: None }
+    (axis, apart[axis] >= 0.0)
 }
 
 #[cfg(test)]

@@ -7,57 +7,143 @@
 //! | spatial | referenced by each voxel that their boxes meet | the middle of the longest side of the voxel |
 //! | sampled | in place | what a sample of the active rays meets |
 //!
+//! Where given or spatial halves do not help, the middle takes over: for what is given, from there on.
+//!
 //! Hits are ordered by (t, id), which is total: the order of work, and testing a pair twice, change no hit.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure",
-//! 2011; Kosuke Nabata, Kei Iwasaki, Yoshinori Dobashi, Tomoyuki Nishita, "Efficient Divide-And-Conquer Ray Tracing using
-//! Ray Sampling", 2013.
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011; Kosuke Nabata, Kei Iwasaki, Yoshinori Dobashi, Tomoyuki Nishita, "Efficient Divide-And-Conquer Ray
+//! Tracing using Ray Sampling", 2013.
 
 pub(crate) mod given;
+pub(crate) mod middle;
 pub(crate) mod sampled;
 pub(crate) mod spatial;
 
-/// How [`crate::options::Path::General`] divides the objects. Changes time and memory only.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Partition {
-    /// At the middle of the longest side of their box, by their centres; at the median where that is lopsided.
-    #[default]
-    Middle,
-    /// As they are given: halves of whole groups ([`Triangles::with_groups`](crate::geometry::triangles::Triangles::with_groups)), then halves of a group's
-    /// order, whole runs of 64. Good where neighbours in the file are neighbours in space, as the objects of a scene graph are;
-    /// where boxes overlap too much, as [`Partition::Middle`] from there on.
-    Given,
-    /// By space: the halves of a voxel, each with the triangles that reach into it. A triangle may be in both. Where that
-    /// does not reduce the work, as [`Partition::Middle`].
-    Spatial,
-    /// By cost: of a few planes per axis the one with the least number of pairs, as a sample of the rays meets its sides.
-    /// Where there are few rays, as [`Partition::Middle`].
-    Sampled,
-}
+use crate::geometry::aabb::Aabb;
+use crate::geometry::triangles::Triangles;
+use crate::intersect::general::active::Active;
+use crate::intersect::general::partition::sampled::{Sampled, SampledSplit};
+use crate::intersect::general::partition::spatial::{Halves, Ledger};
+use crate::options::Partition;
+use crate::stats::Stats;
 
-impl Partition {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Middle, Self::Given, Self::Spatial, Self::Sampled];
-}
-
-/// Two sides of some objects.
+/// How objects are divided.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Split {
-    /// How many objects are on the left side.
-    pub(crate) left: usize,
-    /// The axis along which the sides lie one behind the other.
+pub(crate) struct Partitioner<'a> {
+    pub(crate) triangles: &'a Triangles<'a>,
+    pub(crate) partition: Partition,
+    /// Of the voxels.
+    pub(crate) ledger: &'a Ledger,
+}
+
+/// Two parts of some objects: left and right.
+#[derive(Debug)]
+pub(crate) struct Parts<'o> {
+    lists: Lists<'o>,
+    /// The boxes of the parts.
+    pub(crate) bounds: [Aabb; 2],
+    /// The axis along which the parts lie one behind the other.
     pub(crate) axis: usize,
-    /// Whether the left side has the lesser coordinates.
+    /// Whether the left part has the lesser coordinates.
     pub(crate) ascending: bool,
     /// What a sample of the rays says.
     pub(crate) sampled: Option<Sampled>,
+    /// How the parts are divided.
+    pub(crate) partition: Partition,
 }
 
-/// What a sample of the active rays says about two sides.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sampled {
-    /// Whether so many rays meet the side that finding out which ones does not pay: left and right.
-    pub(crate) met_by_most: [bool; 2],
-    /// Whether most rays go towards greater coordinates on the axis.
-    pub(crate) most_ascend: bool,
+/// The objects of two parts.
+#[derive(Debug)]
+enum Lists<'o> {
+    /// Where they were.
+    InPlace([&'o mut [u32]; 2]),
+    /// In lists of their own: some are in both.
+    Voxels(Box<Halves<'o>>),
+}
+
+impl Parts<'_> {
+    /// The objects of both parts.
+    pub(crate) fn objects(&mut self) -> [&mut [u32]; 2] {
+        match &mut self.lists {
+            Lists::InPlace([left, right]) => [left, right],
+            Lists::Voxels(halves) => {
+                let [left, right] = &mut halves.lists;
+                [left, right]
+            }
+        }
+    }
+}
+
+impl<'a> Partitioner<'a> {
+    /// Divides objects within a box, as the active rays meet them; both parts hold some.
+    pub(crate) fn partition<'o>(
+        &self,
+        rays: &[Active],
+        objects: &'o mut [u32],
+        bounds: &Aabb,
+        stats: &mut Stats,
+    ) -> Parts<'o>
+    where
+        'a: 'o,
+    {
+        match self.partition {
+            Partition::Middle => {}
+            // As they are given they stay: their ids are consecutive.
+            Partition::Given => {
+                let left = given::half(self.triangles.group_ends(), objects[0], objects.len());
+                let boxes = self.boxes(objects, left, bounds);
+                if !given::separates(bounds, &boxes, [left, objects.len() - left]) {
+                    return Self { partition: Partition::Middle, ..*self }
+                        .partition(rays, objects, bounds, stats);
+                }
+                let (axis, ascending) = given::order(&boxes);
+                return Parts { ascending, ..self.in_place(objects, left, axis, boxes) };
+            }
+            Partition::Spatial => {
+                if let Some(halves) = Halves::new(self.triangles, objects, bounds, self.ledger) {
+                    stats.references_made += halves.references();
+                    let (bounds, axis) = (halves.bounds, halves.axis);
+                    let lists = Lists::Voxels(Box::new(halves));
+                    return Parts {
+                        lists,
+                        bounds,
+                        axis,
+                        ascending: true,
+                        sampled: None,
+                        partition: self.partition,
+                    };
+                }
+            }
+            Partition::Sampled => {
+                if let Some(SampledSplit { left, axis, sampled, rays }) =
+                    sampled::split(self.triangles, rays, objects)
+                {
+                    stats.rays_sampled += rays as u64;
+                    let boxes = self.boxes(objects, left, bounds);
+                    return Parts { sampled: Some(sampled), ..self.in_place(objects, left, axis, boxes) };
+                }
+            }
+        }
+        let (left, axis) = middle::split(self.triangles, objects, bounds);
+        let boxes = self.boxes(objects, left, bounds);
+        self.in_place(objects, left, axis, boxes)
+    }
+
+    /// The boxes of the first objects and of the others; in a voxel, only what lies within it.
+    fn boxes(&self, objects: &[u32], left: usize, bounds: &Aabb) -> [Aabb; 2] {
+        let (left, right) = objects.split_at(left);
+        [left, right].map(|side| bounds_of(self.triangles, side).common(*bounds))
+    }
+
+    /// Parts of objects that stay where they are.
+    fn in_place<'o>(&self, objects: &'o mut [u32], left: usize, axis: usize, bounds: [Aabb; 2]) -> Parts<'o> {
+        let lists = Lists::InPlace(objects.split_at_mut(left).into());
+        Parts { lists, bounds, axis, ascending: true, sampled: None, partition: self.partition }
+    }
+}
+
+/// The box of some triangles.
+pub(crate) fn bounds_of(triangles: &Triangles<'_>, objects: &[u32]) -> Aabb {
+    objects.iter().fold(Aabb::EMPTY, |bounds, &id| bounds.union(triangles.bounds(id)))
 }

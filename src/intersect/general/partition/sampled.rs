@@ -1,20 +1,20 @@
 //! The cost-driven partition: a sample of the active rays says what each split would cost.
 //!
-//! Centres fall into bins along each axis. A sampled ray is tested against the boxes of the bins, so that it meets the left
-//! side of a plane if it meets any bin left of it. With αL and αR the parts of the sample that meet the sides, and nL and nR
-//! their objects, the split with the least r(αL·nL + αR·nR), the number of pairs, is taken. Where α > ½, finding out which rays
-//! meet that side saves less than it costs and is left out; the sampled majority says which side comes first.
+//! Centres fall into bins along each axis. A sampled ray is tested against the boxes of the bins, so that it meets the
+//! left side of a plane if it meets any bin left of it. With αL and αR the parts of the sample that meet the sides, and
+//! nL and nR their objects, the split with the least r(αL·nL + αR·nR), the number of pairs, is taken. Where α > ½,
+//! finding out which rays meet that side saves less than it costs and is left out; the sampled majority says which side
+//! comes first.
 //!
 //! Of many objects a few thousand fall into bins: all of them cost more than better planes gained.
 //!
-//! Based on: Kosuke Nabata, Kei Iwasaki, Yoshinori Dobashi, Tomoyuki Nishita, "Efficient Divide-And-Conquer Ray Tracing using
-//! Ray Sampling", 2013; Benjamin Mora, "Naive Ray-Tracing: A Divide-and-Conquer Approach", 2011 (planes from a part of the
-//! objects).
+//! Based on: Kosuke Nabata, Kei Iwasaki, Yoshinori Dobashi, Tomoyuki Nishita, "Efficient Divide-And-Conquer Ray Tracing
+//! using Ray Sampling", 2013; Benjamin Mora, "Naive Ray-Tracing: A Divide-and-Conquer Approach", 2011 (planes from a
+//! part of the objects).
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::Triangles;
-use crate::intersect::general::partition::{Sampled, Split};
-use crate::intersect::general::{Active, partition};
+use crate::intersect::general::active::{Active, move_to_front};
 
 /// Rays from which on it pays to sample.
 const RAYS: usize = 1000;
@@ -24,8 +24,29 @@ const SAMPLE: usize = 100;
 const BINS: usize = 8;
 /// Objects that fall into bins: of more, every so manieth.
 const BINNED: usize = 1 << 12;
-/// A side holds at least this part of the objects: the depth of the recursion is at most log(n)/log(16/15), 344 steps for 2³².
+/// A side holds at least this part of the objects: the depth of the recursion is at most log(n)/log(16/15), 344 steps
+/// for 2³².
 const LEAST_PART: usize = 16;
+
+/// Two sides by cost.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SampledSplit {
+    /// How many objects are on the left side, which has the lesser coordinates.
+    pub(crate) left: usize,
+    pub(crate) axis: usize,
+    pub(crate) sampled: Sampled,
+    /// Rays that were sampled.
+    pub(crate) rays: usize,
+}
+
+/// What a sample of the active rays says about two sides.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sampled {
+    /// Whether so many rays meet the side that finding out which ones does not pay: left and right.
+    pub(crate) met_by_most: [bool; 2],
+    /// Whether most rays go towards greater coordinates on the axis.
+    pub(crate) most_ascend: bool,
+}
 
 /// The objects whose centres lie in one slice of the scene.
 #[derive(Debug, Clone, Copy)]
@@ -104,12 +125,8 @@ impl Binning {
     }
 }
 
-/// Divides objects by cost, and returns how many rays were sampled; `None` where rays are few, or no plane divides.
-pub(crate) fn split(
-    triangles: &Triangles<'_>,
-    rays: &[Active],
-    objects: &mut [u32],
-) -> Option<(Split, usize)> {
+/// Divides objects by cost, in place; `None` where rays are few, or no plane divides.
+pub(crate) fn split(triangles: &Triangles<'_>, rays: &[Active], objects: &mut [u32]) -> Option<SampledSplit> {
     if rays.len() <= RAYS {
         return None;
     }
@@ -118,7 +135,7 @@ pub(crate) fn split(
     let planes = (0..3).flat_map(|axis| binning.planes(axis, &sample));
     let Plane { axis, first, met, .. } = planes.min_by_key(|plane| plane.cost)?;
 
-    let left = partition(objects, |&id| binning.place(axis, triangles.bounds(id).centre()[axis]) < first);
+    let left = move_to_front(objects, |&id| binning.place(axis, triangles.bounds(id).centre()[axis]) < first);
     // Not all of them were binned.
     if left.min(objects.len() - left) * LEAST_PART < objects.len() {
         return None;
@@ -126,5 +143,5 @@ pub(crate) fn split(
     let ascending = sample.iter().filter(|active| active.slabs.ascends(axis)).count();
     let sampled =
         Sampled { met_by_most: met.map(|met| met * 2 > SAMPLE), most_ascend: ascending * 2 > SAMPLE };
-    Some((Split { left, axis, ascending: true, sampled: Some(sampled) }, SAMPLE))
+    Some(SampledSplit { left, axis, sampled, rays: SAMPLE })
 }

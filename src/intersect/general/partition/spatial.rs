@@ -1,12 +1,13 @@
 //! The spatial partition: a voxel is halved, and each half references the triangles whose boxes reach into it.
 //!
-//! A triangle may be referenced by both halves. Its hit at a point is found in a half that holds the point, which the slab test
-//! of that half keeps; found elsewhere as well it is the same hit. A voxel is not halved in space where that does not reduce: when
-//! a half keeps more than 7/8 of the triangles, or both together have more than 3/2 as many. The lists on one way down are
-//! then together no longer than 12 times the triangles, whatever the scene.
+//! A triangle may be referenced by both halves. Its hit at a point is found in a half that holds the point, which the
+//! slab test of that half keeps; found elsewhere as well it is the same hit. A voxel is not halved in space where that
+//! does not reduce: when a half keeps more than 7/8 of the triangles, or both together have more than 3/2 as many. The
+//! lists on one way down are then together no longer than 12 times the triangles, whatever the scene.
 //!
-//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data Structure", 2011
-//! (spatial partitions); Benjamin Mora, "Naive Ray-Tracing: A Divide-and-Conquer Approach", 2011 (implicit kd-trees).
+//! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
+//! Structure", 2011 (spatial partitions); Benjamin Mora, "Naive Ray-Tracing: A Divide-and-Conquer Approach", 2011
+//! (implicit kd-trees).
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -79,6 +80,11 @@ impl<'a> Halves<'a> {
         let now = ledger.now.fetch_add(halves.bytes(), Ordering::Relaxed) + halves.bytes();
         ledger.peak.fetch_max(now, Ordering::Relaxed);
         Some(halves)
+    }
+
+    /// References to triangles in both lists.
+    pub(crate) fn references(&self) -> u64 {
+        self.lists.iter().map(|list| list.len() as u64).sum()
     }
 
     fn bytes(&self) -> u64 {

@@ -1,0 +1,53 @@
+//! `umbel info`: what a scene has, and what the verbs would need.
+
+use serde_json::{Map, json};
+use umbel::Error;
+use umbel::scene::info;
+
+use crate::args::InfoArgs;
+use crate::bake::vertices_forecast;
+use crate::common::Common;
+use crate::memory::PIXEL_BYTES;
+use crate::report::Times;
+use crate::run::{load_scene, print};
+
+/// `umbel info`.
+pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> {
+    let scene = load_scene(&args.scene, common, &mut Times::default())?;
+    let found = info(&scene);
+    let (lo, hi) = (found.bounds.lo, found.bounds.hi);
+    let counts = [
+        ("triangles", found.triangles),
+        ("vertices", found.vertices),
+        ("unused_vertices", found.unused_vertices),
+        ("objects", found.objects),
+        ("materials", found.materials),
+        ("with_normals", found.with_normals),
+        ("with_uvs", found.with_uvs),
+        ("degenerate", found.degenerate),
+        ("duplicates", found.duplicates),
+        ("non_finite", found.non_finite),
+    ];
+    let picture = 1280 * 720 * PIXEL_BYTES + 6 * found.triangles as u64;
+    let memory = [("render", picture), ("bake_vertices", vertices_forecast(&scene)?)];
+    if args.json {
+        let mut value = json!({ "schema": 1, "name": scene.name, "warnings": scene.warnings });
+        for (name, count) in counts {
+            value[name] = json!(count);
+        }
+        value["memory"] = Map::from_iter(memory.map(|(name, bytes)| (name.to_owned(), json!(bytes)))).into();
+        value["bounds"] = if found.bounds.is_empty() { json!(null) } else { json!({ "lo": lo, "hi": hi }) };
+        return print(&format!("{value:#}\n"));
+    }
+    let mut text = format!("{}\n", scene.name);
+    for (name, count) in counts {
+        text += &format!("  {:16} {count}\n", name.replace('_', " "));
+    }
+    if !found.bounds.is_empty() {
+        text += &format!("  bounds           {lo:?} to {hi:?}\n");
+    }
+    let forecast =
+        memory.map(|(name, bytes)| format!("{} {:.1} MB", name.replace('_', " --"), bytes as f64 / 1e6));
+    text += &format!("  memory           {}, beside the scene\n", forecast.join(", "));
+    print(&text)
+}

@@ -1,0 +1,92 @@
+//! What an error means for who has typed the command: its words, with the options by their names, and its exit code.
+
+use umbel::engine;
+use umbel::{Argument, Error};
+
+/// What the command says about an error.
+pub(crate) fn message(error: &Error) -> String {
+    match error {
+        Error::Argument(argument) => of_argument(argument),
+        Error::Input { .. } => error
+            .to_string()
+            .replace(": ObjOptions::drop_non_finite.", " with --drop-non-finite.")
+            .replace(": GltfOptions::drop_non_finite.", " with --drop-non-finite."),
+        other => other.to_string(),
+    }
+}
+
+/// The same of a value out of its range.
+fn of_argument(argument: &Argument) -> String {
+    match argument {
+        Argument::ImageSize => "--size must be at least 1x1".into(),
+        Argument::ViewNotFinite => "--eye, --target and --up must be finite numbers".into(),
+        Argument::EyeIsTarget => "--eye and --target are the same point; move one of them".into(),
+        Argument::UpParallel => "--up is parallel to the view; choose another, such as --up 0,0,1".into(),
+        Argument::FilmHeight { height } => {
+            format!("--height must be a positive number of world units, not {height}")
+        }
+        Argument::FieldOfView { degrees, limit } => {
+            format!("--fov must lie between 0 and {limit} degrees, not {degrees}")
+        }
+        Argument::Elevations { lower, upper } => format!(
+            "fov={lower}..{upper}: a LiDAR's rings lie between two elevations in degrees, the lower first, each from -90 to 90"
+        ),
+        Argument::CubeSize => "--cube-size must be at least 1".into(),
+        Argument::SunDirection => {
+            "--sun needs a direction: the one toward the sun, such as --sun 1,2,1".into()
+        }
+        Argument::GroundUp => "--up must be finite and not zero".into(),
+        Argument::GroundSize => "--ground-plane: the scene is too large for a ground around it".into(),
+        Argument::OutsideOfMaps { .. } => {
+            format!("--depth-maps: {argument}: leave out --depth-maps or that point")
+        }
+        Argument::NoMesh { name } => {
+            format!("{name}: --subdivide and --displace are for meshes; leave them out")
+        }
+        Argument::NoTextureCoordinates { .. } => {
+            format!("{argument}; use --displace noise:FREQUENCY,SEED, or a mesh with texture coordinates")
+        }
+        other => other.to_string(),
+    }
+}
+
+/// 1 runtime failure, 2 usage, 3 bad input, 4 limit, 5 difference.
+pub(crate) fn exit_code(error: &Error) -> u8 {
+    match error {
+        Error::Usage(_) | Error::Argument(_) => 2,
+        Error::Input { .. } => 3,
+        Error::Limit(_) => 4,
+        Error::Difference(_) => 5,
+        Error::Engine(error) => of_engine(error),
+        // A file that cannot be written, and what is not known here.
+        _ => 1,
+    }
+}
+
+/// 3 for what is wrong with a scene, 2 for what is wrong with the rays or the machine that were asked for.
+fn of_engine(error: &engine::Error) -> u8 {
+    use engine::Error as E;
+    match error {
+        E::NonFinitePosition { .. }
+        | E::IndexOutOfRange { .. }
+        | E::TooManyTriangles { .. }
+        | E::EmptyGroup { .. }
+        | E::GroupsEnd { .. }
+        | E::SurfacePoint { .. }
+        | E::SurfacePoints { .. } => 3,
+        E::TooManyRays { .. }
+        | E::Origin { .. }
+        | E::Direction { .. }
+        | E::Interval { .. }
+        | E::Film { .. }
+        | E::ReceiverTriangle { .. }
+        | E::Normal { .. }
+        | E::NoCommonDirections
+        | E::ScatteredDensity
+        | E::ShadingRate { .. }
+        | E::Spacing { .. }
+        | E::Isa { .. }
+        | E::FlushToZero => 2,
+        _ => 1,
+    }
+}
