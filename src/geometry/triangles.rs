@@ -112,6 +112,11 @@ impl<'a> Triangles<'a> {
         self.indices[id.0 as usize].map(|v| self.positions[v as usize])
     }
 
+    /// All positions, used or not.
+    pub(crate) fn positions(&self) -> &[[f32; 3]] {
+        self.positions
+    }
+
     /// The vertices of a triangle.
     #[inline(always)]
     pub(crate) fn vertices(&self, id: u32) -> [u32; 3] {

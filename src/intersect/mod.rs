@@ -17,8 +17,7 @@
 //! | [`pencil`] and [`irregular`] | points that one light sees, 4096 on a film around them | the same | the same | the same | edge functions on packets of eight points |
 //! | [`scattered`] | one origin, directions in no order | frustum of 256 rays | the same | the same | edge functions in space, ray by ray |
 //! | [`bundle`] | arbitrary rays, one octant of a stream of 8192 | shaft, then eight boxes for each ray | eight parts by cost, made where rays enter, dropped with the query | eight triangles | filter in f32, then pairs in f64, eight at a time |
-//! | [`directions`] | open rays of many receivers, direction by direction | cells of a grid across the direction | lists of triangles by cell | a cell | packets of eight receivers |
-//! | [`by_origin`] | open rays of eight receivers | masks of their directions | the runs | a run | edge functions of a direction for eight receivers |
+//! | [`beam`] | open rays of 256 neighbouring receivers along one direction | rectangle across the direction | by cost, in place, sixteen parts a level | a run of 16 triangles | affine functions for the beam, for packets, for sixteen rays |
 //!
 //! Which path answers is decided in [`crate::query::path`] alone. A path names no other, but [`general`] where its
 //! numbers end.
@@ -26,10 +25,9 @@
 //! Based on: Alexander Keller and Carsten Wächter, "Efficient Ray Tracing without Auxiliary Acceleration Data
 //! Structure", 2011, Algorithm 1.
 
+pub(crate) mod beam;
 pub(crate) mod bundle;
-pub(crate) mod by_origin;
 pub(crate) mod context;
-pub(crate) mod directions;
 pub(crate) mod general;
 pub(crate) mod grid;
 pub(crate) mod irregular;

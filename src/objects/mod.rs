@@ -2,6 +2,7 @@
 
 pub(crate) mod barycentric;
 pub(crate) mod boxes;
+pub(crate) mod closed;
 pub(crate) mod gather;
 pub(crate) mod morton;
 pub(crate) mod offset;

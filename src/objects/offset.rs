@@ -20,7 +20,7 @@
 use glam::DVec3;
 use robust::{Coord, orient2d};
 
-use crate::exact::filter::{Cross, Sign};
+use crate::exact::filter::{Approx, Cross, Sign};
 use crate::exact::predicates::{collinear, facing, orientation};
 use crate::geometry::aabb::widen;
 use crate::geometry::ray::Ray;
@@ -75,6 +75,20 @@ impl Triangles<'_> {
             Sign::Positive => Some(Side::Back),
             Sign::Negative => Some(Side::Front),
             Sign::Zero => None,
+        }
+    }
+
+    /// Whether a point lies on a side of a triangle's plane, or in the plane, exactly. So it does for a triangle without area.
+    pub(crate) fn is_on_side(&self, id: u32, point: DVec3, side: Side) -> bool {
+        let triangle = self.triangle(id);
+        let height = Cross::of(triangle.b - triangle.a, triangle.c - triangle.a).dot(point - triangle.a);
+        let wrong = if side == Side::Front { Sign::Negative } else { Sign::Positive };
+        match height.sign() {
+            Some(sign) => sign != wrong,
+            // Nothing was rounded: common on walls along an axis.
+            None if height == (Approx { value: 0.0, error: 0.0 }) => true,
+            // orient3d is positive for points on the back.
+            None => orientation(triangle.a, triangle.b, triangle.c, point) != wrong.negated(),
         }
     }
 

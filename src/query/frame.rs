@@ -109,7 +109,7 @@ impl Frame {
         if !self.keeps_order {
             self.kept.order = None;
         }
-        path::open_rays(triangles, occlusion, options, &mut self.kept)
+        path::open_rays(triangles, occlusion, options)
     }
 
     /// The hits of the last query.

@@ -82,10 +82,10 @@ pub fn shadowed(
 
 /// Finds which rays of receivers are open: for ambient occlusion, with no bias. See [`Occlusion`].
 ///
-/// Receivers may come in any order. Time about O(p log p + k(n + p)) for n triangles, p receivers and k shared samples.
-/// Memory beside the answer: about 60 bytes per receiver, 36 per triangle, and per thread 48 for each triangle that may
-/// matter, see [`Stats::engine_bytes`]. Rays that receivers do not share, and those of few receivers, go in bundles as
-/// arbitrary rays do: time about O(n log n + k·p log n).
+/// Receivers may come in any order. Samples that many receivers share go in beams: time about O(n log n + p log p + k·p)
+/// for n triangles, p receivers and k samples; memory beside the answer at most 64 bytes per triangle, 4 per receiver and
+/// 256 KiB per thread, see [`Stats::engine_bytes`]. Rays that receivers do not share, and those of few receivers, go in
+/// bundles as arbitrary rays do: time about O(n log n + k·p log n).
 ///
 /// # Errors
 /// When a receiver or a sample is out of range, there are too many receivers, directions are not common as the grouping

@@ -14,17 +14,18 @@ use fearless_simd::Level;
 
 use crate::error::{Error, first_wrong};
 use crate::geometry::triangles::Triangles;
+use crate::intersect::beam::Beams;
 use crate::intersect::bundle::stream::Objects;
 use crate::intersect::context::Context;
+use crate::intersect::general;
 use crate::intersect::irregular::shadow;
 use crate::intersect::ray_set::{Question, RaySet};
-use crate::intersect::{directions, general};
 use crate::objects::runs::{Order, Runs};
 use crate::options::{Options, Partition, Path};
 use crate::query::call::{check_call, in_pool};
 use crate::query::{occlusion, pencil};
 use crate::rays::film::Film;
-use crate::rays::hemisphere::{Occlusion, OpenRays, RaySamples};
+use crate::rays::hemisphere::{Grouping, Occlusion, OpenRays, RaySample, RaySamples};
 use crate::rays::hits::{Hits, NO_TRIANGLE};
 use crate::rays::origin::Origin;
 use crate::rays::pencil::{Pencil, Rays};
@@ -32,6 +33,15 @@ use crate::rays::receiver;
 use crate::rays::receiver::Receiver;
 use crate::rays::segment::Segment;
 use crate::stats::{Stats, TileStats};
+
+/// Triangles per receiver from which on bundles are faster everywhere, and up to which beams are.
+const FEW: f64 = 6.0;
+const MANY: f64 = 0.8;
+/// Fitted to koala, sponza and chess with 20 thousand to a million receivers: nanoseconds on one core of Zen 5 for a
+/// ray, a node, a triangle that is set up and sixteen rays that are tested, in beams.
+const BEAM_COSTS: [f64; 4] = [5.0, 28.0, 3.0, 7.6];
+/// The same for a ray, and for a triangle, in bundles.
+const BUNDLE_COSTS: [f64; 2] = [130.0, 500.0];
 
 /// What is kept from query to query, and the answer of the last one.
 #[derive(Debug, Clone, Default)]
@@ -136,29 +146,54 @@ pub(crate) fn open_rays(
     triangles: &Triangles<'_>,
     occlusion: &Occlusion<'_>,
     options: &Options,
-    kept: &mut Kept,
 ) -> Result<(OpenRays, Stats), Error> {
     let level = check_call(occlusion.hemispheres.len(), options)?;
     occlusion.check(triangles)?;
-    let (words, stats) = in_pool(|| match (options.path, occlusion.samples) {
-        (Path::Pencil, RaySamples::Shared(samples)) if !directions::are_few(triangles, occlusion) => {
-            let runs = Runs::new(triangles, level, kept.order.take());
-            let how = (options.accuracy, level);
-            let found = if directions::are_in_range(&runs, occlusion) {
-                Ok(directions::open_rays(triangles, occlusion, samples, &runs, how))
-            } else {
-                occlusion::by_ray(triangles, occlusion, None, level)
-            };
-            kept.order = Some(runs.into_order());
-            found
-        }
-        (Path::Pencil, _) => {
-            let objects = Objects::new(triangles, level);
-            occlusion::by_ray(triangles, occlusion, objects.as_ref(), level)
-        }
-        (Path::General, _) => occlusion::by_ray(triangles, occlusion, None, level),
+    let in_bundles = || {
+        let objects = Objects::new(triangles, level);
+        occlusion::by_ray(triangles, occlusion, objects.as_ref(), level)
+    };
+    let (words, stats) = in_pool(|| match options.path {
+        Path::Pencil => in_beams(triangles, occlusion, level).map_or_else(in_bundles, Ok),
+        Path::General => occlusion::by_ray(triangles, occlusion, None, level),
     })??;
     Ok((OpenRays::new(occlusion.samples.count(), words), stats))
+}
+
+/// Finds the open rays in beams, [`crate::intersect::beam`], where all receivers share their samples and that is
+/// estimated to take less time than bundles, or is asked for.
+fn in_beams(triangles: &Triangles<'_>, occlusion: &Occlusion<'_>, level: Level) -> Option<(Vec<u32>, Stats)> {
+    let RaySamples::Shared(samples) = occlusion.samples else { return None };
+    let per_receiver = triangles.len() as f64 / occlusion.hemispheres.len().max(1) as f64;
+    let is_few = match occlusion.grouping {
+        Grouping::Auto => per_receiver > FEW,
+        Grouping::Direction => false,
+        Grouping::Origin => true,
+    };
+    if is_few {
+        return None;
+    }
+    let beams = Beams::new(triangles, occlusion, level)?;
+    let is_sure = occlusion.grouping == Grouping::Direction || per_receiver < MANY;
+    (is_sure || are_faster(&beams, triangles, occlusion, samples)).then(|| beams.open_rays(samples))
+}
+
+/// Whether beams take less time than bundles, by what some of them cost.
+fn are_faster(
+    beams: &Beams<'_>,
+    triangles: &Triangles<'_>,
+    occlusion: &Occlusion<'_>,
+    samples: &[RaySample],
+) -> bool {
+    let (stats, rays) = beams.sampled(samples);
+    let [ray, node, triangle, test] = BEAM_COSTS;
+    let tests = stats.samples_tested as f64 / 16.0;
+    let cost = node * stats.nodes as f64 + triangle * stats.triangles_set_up as f64 + test * tests;
+    let in_beams = ray + cost / rays.max(1) as f64;
+    // About half of the samples are above the horizon.
+    let total = (occlusion.hemispheres.len() * samples.len()) as f64 * 0.5;
+    let [ray, triangle] = BUNDLE_COSTS;
+    in_beams < ray + triangle * triangles.len() as f64 / total
 }
 
 /// Finds hits in bundles; ray by ray where numbers are too large or too small for bundles.

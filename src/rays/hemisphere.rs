@@ -5,7 +5,7 @@
 //! ray with the ties of parallel rays, at some t in range; the receiver's own triangle never does. No epsilon: see
 //! [`Triangles::leave`].
 //!
-//! The same rays can be grouped by direction, as parallel pencils, or by origin; the answer is decided ray by ray and
+//! The same rays can be grouped by direction, as parallel beams, or receiver by receiver; the answer is decided ray by ray and
 //! does not depend on that.
 //!
 //! Based on: Sergey Zhukov, Andrei Iones, Grigorij Kronin, "An Ambient Light Illumination Model", 1998; Alexander
@@ -106,9 +106,9 @@ pub enum Grouping {
     /// What is estimated to take less time.
     #[default]
     Auto,
-    /// The rays of one receiver: pencils with a point as origin.
+    /// Receiver after receiver, in bundles of arbitrary rays: all that rays of their own can do.
     Origin,
-    /// The rays of one direction: parallel pencils. Needs samples that receivers share.
+    /// The rays of neighbouring receivers along one direction, as beams. Needs samples that receivers share.
     Direction,
 }
 

@@ -96,12 +96,6 @@ impl<S: Simd> Points<S> {
         Self { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
     }
 
-    /// x + y + z.
-    #[inline(always)]
-    pub(crate) fn sum(self) -> Lanes<S> {
-        self.x + self.y + self.z
-    }
-
     /// The cross product, lane by lane.
     #[inline(always)]
     pub(crate) fn cross(self, other: Self) -> Self {
