@@ -2,7 +2,7 @@
 //!
 //! | rays | [`Path::Pencil`] | [`Path::General`] |
 //! |---|---|---|
-//! | a pencil | grid films by tiles, scattered films by clusters | ray by ray |
+//! | a pencil | grid films by tiles, scattered films in bundles | ray by ray |
 //! | arbitrary rays, segments | bundles | ray by ray |
 //! | receivers of one light | the light's pencil, on films around the receivers | ray by ray |
 //! | open rays of many receivers, shared samples | by direction or by origin | ray by ray |
@@ -10,17 +10,16 @@
 //!
 //! Numbers too large or too small for the bounds of a path are answered ray by ray as well.
 
-use fearless_simd::Level;
-
 use crate::error::{Error, first_wrong};
 use crate::geometry::triangles::Triangles;
+use crate::intersect::bundle::stream;
 use crate::intersect::bundle::stream::Objects;
 use crate::intersect::context::Context;
 use crate::intersect::irregular::shadow;
 use crate::intersect::ray_set::{Question, RaySet};
 use crate::intersect::{directions, general};
 use crate::objects::runs::{Order, Runs};
-use crate::options::{Options, Partition, Path};
+use crate::options::{Options, Path};
 use crate::query::call::{check_call, in_pool};
 use crate::query::{occlusion, pencil};
 use crate::rays::film::Film;
@@ -81,7 +80,7 @@ pub(crate) fn hits(
             let question = Question { triangles, set: RaySet::Rays(rays), any };
             let answer = (&mut kept.hits, &mut kept.pairs[..]);
             match path {
-                Path::Pencil => in_bundles(question, level, answer),
+                Path::Pencil => stream::intersect(question, level, (answer.0.as_row(), answer.1)),
                 Path::General => general::intersect_by(options.partition, question, answer),
             }
         }
@@ -99,7 +98,7 @@ pub(crate) fn blocked(
     let mut hits = Hits::missed(segments.len());
     let question = Question { triangles, set: RaySet::Segments(segments), any: true };
     let stats = in_pool(|| match options.path {
-        Path::Pencil => in_bundles(question, level, (&mut hits, &mut [])),
+        Path::Pencil => stream::intersect(question, level, (hits.as_row(), &mut [])),
         Path::General => general::intersect_by(options.partition, question, (&mut hits, &mut [])),
     })?;
     Ok((hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats))
@@ -159,15 +158,4 @@ pub(crate) fn open_rays(
         (Path::General, _) => occlusion::by_ray(triangles, occlusion, None, level),
     })??;
     Ok((OpenRays::new(occlusion.samples.count(), words), stats))
-}
-
-/// Finds hits in bundles; ray by ray where numbers are too large or too small for bundles.
-fn in_bundles(question: Question<'_>, level: Level, (hits, pairs): (&mut Hits, &mut [u32])) -> Stats {
-    let Question { triangles, set, any } = question;
-    let objects = Objects::new(triangles, level);
-    let found = objects.and_then(|objects| objects.intersect(set, any, (hits, pairs)));
-    found.unwrap_or_else(|| {
-        *hits = Hits::missed(set.len());
-        general::intersect_by(Partition::default(), question, (hits, pairs))
-    })
 }

@@ -28,7 +28,7 @@ const INTERSECT: [&[&str]; 5] = [
     &["context", "ray_set"],
     &["general"],
     &["pencil"],
-    &["grid", "irregular", "bundle", "scattered", "by_origin"],
+    &["grid", "irregular", "bundle", "by_origin"],
     &["directions"],
 ];
 /// Parts of `intersect` that others of it may name.
