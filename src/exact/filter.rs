@@ -92,17 +92,6 @@ impl Approx {
         Self { value, error: (error + value.abs() * U) * (1.0 + 8.0 * U) + UNDERFLOW }
     }
 
-    /// The quotient, with a rounding more for the ends of its interval; of infinite error where the divisor may be zero, so that every comparison is in doubt.
-    pub(crate) fn over(self, divisor: Self) -> Self {
-        let value = self.value / divisor.value;
-        let size = divisor.value.abs() - divisor.error;
-        if size <= 0.0 || size.is_nan() {
-            return Self { value: 0.0, error: f64::INFINITY };
-        }
-        let error = (self.error + value.abs() * divisor.error) / size + value.abs() * (2.0 * U);
-        Self { value, error: error * (1.0 + 8.0 * U) }
-    }
-
     /// The difference, with its one rounding.
     pub(crate) fn minus(self, other: Self) -> Self {
         let value = self.value - other.value;

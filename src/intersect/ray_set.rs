@@ -24,6 +24,8 @@ use crate::stats::Stats;
 pub(crate) enum RaySet<'a> {
     /// Rays.
     Rays(Rays<'a>),
+    /// Rays of one origin, through samples that lie anywhere on a film.
+    Samples(Origin, &'a [DVec3]),
     /// Segments: any triangle that blocks one will do.
     Segments(&'a [Segment]),
     /// A light and what it may not see.
@@ -80,6 +82,7 @@ impl RaySet<'_> {
     pub(crate) fn len(&self) -> usize {
         match self {
             Self::Rays(rays) => rays.len(),
+            Self::Samples(_, samples) => samples.len(),
             Self::Segments(segments) => segments.len(),
             Self::Shadows(_, receivers) => receivers.len(),
             Self::Ambient(rays) => rays.len(),
@@ -91,6 +94,7 @@ impl RaySet<'_> {
     pub(crate) fn ray(&self, index: u32) -> Ray {
         match self {
             Self::Rays(rays) => rays.ray(index),
+            Self::Samples(origin, samples) => origin.ray(samples[index as usize]),
             Self::Segments(segments) => segments[index as usize].as_ray(),
             Self::Shadows(light, receivers) => culling_ray(*light, &receivers[index as usize]),
             Self::Ambient(rays) => rays[index as usize].ray,
@@ -133,7 +137,7 @@ impl RaySet<'_> {
 
     /// Whether the rays are what is tested, and not for culling only.
     pub(crate) fn are_rays(&self) -> bool {
-        matches!(self, Self::Rays(_) | Self::Ambient(_))
+        matches!(self, Self::Rays(_) | Self::Samples(..) | Self::Ambient(_))
     }
 
     /// Tests a ray, given with its number, against a triangle of which something is known. Otherwise like
@@ -149,8 +153,8 @@ impl RaySet<'_> {
     ) -> bool {
         if let Some(Known { lo, hi, from_behind }) = verdict {
             match self {
-                Self::Rays(_) if lo > nearest.hi => return false,
-                Self::Rays(_) if !nearest.is_hit() || hi < nearest.lo => {
+                Self::Rays(_) | Self::Samples(..) if lo > nearest.hi => return false,
+                Self::Rays(_) | Self::Samples(..) if !nearest.is_hit() || hi < nearest.lo => {
                     *nearest = Nearest { id, lo, hi };
                     return true;
                 }
@@ -180,6 +184,7 @@ impl RaySet<'_> {
     ) -> bool {
         let blocked = match self {
             Self::Rays(rays) => return test_ray((ray, rays.ties()), id, triangles, nearest, stats),
+            Self::Samples(origin, _) => return test_ray((ray, origin.ties()), id, triangles, nearest, stats),
             Self::Segments(segments) => {
                 segments[number as usize].is_blocked_by(id, &triangles.triangle(id), stats)
             }

@@ -2,7 +2,7 @@
 //!
 //! | rays | [`Path::Pencil`] | [`Path::General`] |
 //! |---|---|---|
-//! | a pencil | grid films by tiles, scattered films by clusters | ray by ray |
+//! | a pencil | grid films by tiles, scattered films in bundles | ray by ray |
 //! | arbitrary rays, segments | bundles | ray by ray |
 //! | receivers of one light | the light's pencil, on films around the receivers | ray by ray |
 //! | open rays of many receivers, shared samples | by direction or by origin | ray by ray |
@@ -15,13 +15,14 @@ use fearless_simd::Level;
 use crate::error::{Error, first_wrong};
 use crate::geometry::triangles::Triangles;
 use crate::intersect::beam::Beams;
+use crate::intersect::bundle::stream;
 use crate::intersect::bundle::stream::Objects;
 use crate::intersect::context::Context;
 use crate::intersect::general;
 use crate::intersect::irregular::shadow;
 use crate::intersect::ray_set::{Question, RaySet};
 use crate::objects::runs::{Order, Runs};
-use crate::options::{Options, Partition, Path};
+use crate::options::{Options, Path};
 use crate::query::call::{check_call, in_pool};
 use crate::query::{occlusion, pencil};
 use crate::rays::film::Film;
@@ -91,7 +92,7 @@ pub(crate) fn hits(
             let question = Question { triangles, set: RaySet::Rays(rays), any };
             let answer = (&mut kept.hits, &mut kept.pairs[..]);
             match path {
-                Path::Pencil => in_bundles(question, level, answer),
+                Path::Pencil => stream::intersect(question, level, (answer.0.as_row(), answer.1)),
                 Path::General => general::intersect_by(options.partition, question, answer),
             }
         }
@@ -109,7 +110,7 @@ pub(crate) fn blocked(
     let mut hits = Hits::missed(segments.len());
     let question = Question { triangles, set: RaySet::Segments(segments), any: true };
     let stats = in_pool(|| match options.path {
-        Path::Pencil => in_bundles(question, level, (&mut hits, &mut [])),
+        Path::Pencil => stream::intersect(question, level, (hits.as_row(), &mut [])),
         Path::General => general::intersect_by(options.partition, question, (&mut hits, &mut [])),
     })?;
     Ok((hits.ids.iter().map(|&id| id != NO_TRIANGLE).collect(), stats))
@@ -194,15 +195,4 @@ fn are_faster(
     let total = (occlusion.hemispheres.len() * samples.len()) as f64 * 0.5;
     let [ray, triangle] = BUNDLE_COSTS;
     in_beams < ray + triangle * triangles.len() as f64 / total
-}
-
-/// Finds hits in bundles; ray by ray where numbers are too large or too small for bundles.
-fn in_bundles(question: Question<'_>, level: Level, (hits, pairs): (&mut Hits, &mut [u32])) -> Stats {
-    let Question { triangles, set, any } = question;
-    let objects = Objects::new(triangles, level);
-    let found = objects.and_then(|objects| objects.intersect(set, any, (hits, pairs)));
-    found.unwrap_or_else(|| {
-        *hits = Hits::missed(set.len());
-        general::intersect_by(Partition::default(), question, (hits, pairs))
-    })
 }

@@ -1,12 +1,13 @@
-//! Pencils: which leaf the rays of each film take, and the memory of all of them.
+//! Pencils: which path the rays of each film take, and the memory of all of them.
 
+use crate::intersect::bundle::stream;
 use crate::intersect::context::Context;
+use crate::intersect::grid;
 use crate::intersect::grid::tiles::Window;
 use crate::intersect::pencil::leaf::FilmQuery;
 use crate::intersect::pencil::rect::{TILE_SIDE, tile_stats};
 use crate::intersect::pencil::viewport::Viewport;
-use crate::intersect::scattered::ScatteredQuery;
-use crate::intersect::{grid, scattered};
+use crate::intersect::ray_set::{Question, RaySet};
 use crate::objects::runs::Runs;
 use crate::rays::film::{Film, Sampling};
 use crate::rays::hits::{Hits, Row};
@@ -43,10 +44,11 @@ pub(crate) fn intersect(
                 tiles.extend(grid::intersect(query, runs, window).into_iter().map(tile_stats(index)));
             }
             Film::Scattered(samples) => {
-                let Some(row) = window.rows.first_mut() else { continue };
-                let counts = !of_film.is_empty();
-                let query = ScatteredQuery { context, origin, samples, any, bounds, counts };
-                let stats = scattered::intersect(query, runs, (row, of_film));
+                window.miss();
+                let Some((ids, ts)) = window.rows.first_mut() else { continue };
+                let set = RaySet::Samples(origin, samples);
+                let question = Question { triangles: context.triangles, set, any };
+                let stats = stream::intersect(question, context.level, ((ids, ts), of_film));
                 tiles.push(tile_stats(index)((window.rect, stats)));
             }
         }
@@ -59,4 +61,39 @@ pub(crate) fn intersect(
     let bytes = runs.bytes() + threads + rows + stats.engine_bytes as usize;
     stats.engine_bytes = bytes.max(runs.ordering_bytes()) as u64;
     (stats, tiles)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::triangles::Triangles;
+    use crate::options::{Options, Path};
+    use crate::query::closest_hit;
+    use crate::rays::film::{Film, GridFilm};
+    use crate::rays::pencil::Pencil;
+    use crate::simd::isa::Isa;
+
+    /// A tent and a floor, small enough for an interpreter of the compiler's own code.
+    #[test]
+    fn films_agree_with_single_rays() {
+        let positions = [[-1.0, -1.0, 2.0], [1.0, -1.0, 2.0], [0.0, 1.0, 2.0], [0.0, 0.0, 1.0]];
+        let indices = [[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 1, 2]];
+        let triangles = Triangles::new(&positions, &indices).expect("valid triangles");
+        let grid = GridFilm::new(3, 3, DVec3::Z, DVec3::X * 0.25, DVec3::Y * 0.25).expect("a valid film");
+        let samples = positions.map(|p| DVec3::from_array(p.map(f64::from)));
+        for origin in [Origin::Point(DVec3::ZERO), Origin::Infinity(DVec3::Z)] {
+            let films = vec![Film::Grid(grid), Film::Scattered(samples.to_vec())];
+            let pencil = Pencil::new(origin, films).expect("rays in range");
+            for isa in [Isa::Auto, Isa::Sse2, Isa::Sse42, Isa::Avx2] {
+                let ask =
+                    |path| closest_hit(&triangles, &pencil, &Options { path, isa, ..Options::default() });
+                if isa.level().is_ok() {
+                    let [(films, _), (single, _)] =
+                        [Path::Pencil, Path::General].map(|p| ask(p).expect("in range"));
+                    assert_eq!((films.ids(), films.ts()), (single.ids(), single.ts()));
+                    assert!((0..films.len()).any(|ray| films.get(ray).is_some()));
+                }
+            }
+        }
+    }
 }

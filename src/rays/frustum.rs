@@ -62,12 +62,6 @@ impl Functional {
         Self { g: -self.g, slack: self.slack }
     }
 
-    /// The value at A.
-    fn at(&self, a: DVec3) -> Approx {
-        let m = self.slack * a.abs();
-        Approx { value: self.g.x * a.x + self.g.y * a.y + self.g.z * a.z, error: m.x + m.y + m.z }
-    }
-
     /// The greatest values over eight boxes [lo, hi] of A, but for the error.
     #[inline(always)]
     fn greatest_lanes<S: Simd>(&self, lo: Points<S>, hi: Points<S>) -> Lanes<S> {
@@ -131,32 +125,6 @@ impl Projection {
         let t = Functional::dual(r, u, delta);
         Some(Self { base, perspective, x, y, t })
     }
-
-    /// Intervals of the film coordinates (X, Y) of a point, or `None` where it may lie at or behind the eye.
-    pub(crate) fn project(&self, point: DVec3) -> Option<[Interval; 2]> {
-        let a = point - self.base;
-        let (x, y) = (self.x.at(a), self.y.at(a));
-        if !self.perspective {
-            return Some([x, y].map(|c| Interval { lo: c.value - c.error, hi: c.value + c.error }));
-        }
-        let t = self.t.at(a);
-        let (least, greatest) =
-            ((t.value - t.error) * (1.0 - 2.0 * U), (t.value + t.error) * (1.0 + 2.0 * U));
-        (least > 0.0).then(|| [x, y].map(|c| divide(c, least, greatest)))
-    }
-
-    /// t of a point along its ray, with its error.
-    pub(crate) fn depth(&self, point: DVec3) -> Approx {
-        self.t.at(point - self.base)
-    }
-}
-
-/// c/t for t in [least, greatest], least > 0, rounded outward: three roundings.
-fn divide(c: Approx, least: f64, greatest: f64) -> Interval {
-    let (lo, hi) = (c.value - c.error, c.value + c.error);
-    let lo = lo / if lo < 0.0 { least } else { greatest };
-    let hi = hi / if hi < 0.0 { greatest } else { least };
-    Interval { lo: lo - lo.abs() * (4.0 * U), hi: hi + hi.abs() * (4.0 * U) }
 }
 
 /// A side of a frustum: points with functional ≥ offset are inside.

@@ -42,6 +42,11 @@ impl Hits {
         }
     }
 
+    /// All of them as one row.
+    pub(crate) fn as_row(&mut self) -> Row<'_> {
+        (&mut self.ids, &mut self.ts)
+    }
+
     /// The number of rays.
     #[must_use]
     pub fn len(&self) -> usize {

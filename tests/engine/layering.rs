@@ -24,12 +24,8 @@ const ENGINE: [&[&str]; 11] = [
     &["reyes"],
 ];
 /// The same within `intersect`: what all paths share, then the paths.
-const INTERSECT: [&[&str]; 4] = [
-    &["context", "ray_set"],
-    &["general"],
-    &["pencil"],
-    &["grid", "irregular", "bundle", "scattered", "beam"],
-];
+const INTERSECT: [&[&str]; 4] =
+    [&["context", "ray_set"], &["general"], &["pencil"], &["grid", "irregular", "bundle", "beam"]];
 /// Parts of `intersect` that others of it may name.
 const SHARED: [&str; 4] = ["context", "ray_set", "general", "pencil"];
 /// The same at the root of the library.

@@ -20,7 +20,9 @@ use crate::intersect::bundle::order::{CHUNK, RayOrder};
 use crate::intersect::bundle::pairs::Pairs;
 use crate::intersect::bundle::shaft::Shaft;
 use crate::intersect::bundle::{Bundle, Found, Query};
+use crate::intersect::general;
 use crate::intersect::ray_set::{A_RAY, Nearest, Question, RaySet};
+use crate::options::Partition;
 use crate::rays::hits::{Hits, Row};
 use crate::simd::lanes::{LANES, bits};
 use crate::stats::Stats;
@@ -29,6 +31,25 @@ use crate::stats::Stats;
 pub(crate) const STREAM: usize = 1 << 13;
 /// The fewest rays for which a thread is worth its while.
 const FEWEST: usize = 1 << 10;
+
+/// Finds hits where all of them are misses yet, and counts the pairs of each ray unless there is no room for that. Ray
+/// by ray where numbers are too large or too small for bundles.
+pub(crate) fn intersect(
+    question: Question<'_>,
+    level: Level,
+    ((ids, ts), pairs): (Row<'_>, &mut [u32]),
+) -> Stats {
+    let Question { triangles, set, any } = question;
+    let objects = Objects::new(triangles, level);
+    let found = objects.and_then(|objects| objects.intersect(set, any, ((ids, ts), pairs)));
+    found.unwrap_or_else(|| {
+        let mut hits = Hits::missed(set.len());
+        let stats = general::intersect_by(Partition::default(), question, (&mut hits, pairs));
+        ids.copy_from_slice(&hits.ids);
+        ts.copy_from_slice(&hits.ts);
+        stats
+    })
+}
 
 /// Triangles, ready for rays.
 #[derive(Debug)]
@@ -55,7 +76,7 @@ impl<'a> Objects<'a> {
         &self,
         set: RaySet<'_>,
         any: bool,
-        (hits, pairs): (&mut Hits, &mut [u32]),
+        ((ids, ts), pairs): (Row<'_>, &mut [u32]),
     ) -> Option<Stats> {
         let counts = !pairs.is_empty();
         let query = self.query(set, any, counts);
@@ -63,7 +84,7 @@ impl<'a> Objects<'a> {
         let chunk = (set.len() / (threads * 8)).clamp(FEWEST, CHUNK);
         let mut counted: Vec<&mut [u32]> = pairs.chunks_mut(chunk).collect();
         counted.resize_with(set.len().div_ceil(chunk), Default::default);
-        let chunks = hits.ids.par_chunks_mut(chunk).zip(hits.ts.par_chunks_mut(chunk));
+        let chunks = ids.par_chunks_mut(chunk).zip(ts.par_chunks_mut(chunk));
         let chunks = chunks.zip(counted).enumerate();
         let of_chunk =
             |state: &mut (RayOrder, Workspace),
