@@ -42,13 +42,16 @@ mod surfaces;
 pub use error::Error;
 
 pub use builtin::{BuiltinView, builtin, builtin_view};
+pub use files::budget::available_memory;
 #[cfg(feature = "gltf")]
 pub use formats::gltf::write::vertex::VertexTarget;
 #[cfg(feature = "gltf")]
 pub use formats::gltf::{GltfFile, GltfOptions, GltfOrigin, read_gltf};
 pub use formats::load::{LoadOptions, load};
+#[cfg(any(feature = "gltf", feature = "obj"))]
+pub use formats::neighbours::Resolver;
 #[cfg(feature = "obj")]
-pub use formats::obj::{ObjOptions, read_obj};
+pub use formats::obj::{ObjOptions, read_obj, read_obj_bytes};
 pub use scene::{Material, NO_INDEX, Object, Scene};
 
 pub use formats::pattern::{Pattern, read_pattern};

@@ -4,10 +4,14 @@ mod support;
 
 #[path = "gltf/broken.rs"]
 mod broken;
+#[path = "gltf/hostile.rs"]
+mod hostile;
 #[path = "gltf/making.rs"]
 mod making;
 #[path = "gltf/occlusion.rs"]
 mod occlusion;
+#[path = "gltf/posing.rs"]
+mod posing;
 #[path = "gltf/reading.rs"]
 mod reading;
 #[path = "gltf/spoiling.rs"]

@@ -2,17 +2,18 @@
 
 use std::io::Write as _;
 
+use glam::DVec3;
 use indicatif::{ProgressBar, ProgressStyle};
-use serde_json::{Map, json};
+use serde_json::{Map, Value, json};
 use umbel::{
-    Aov, Bounces, Camera, Error, Frame, Lens, LoadOptions, Look, Scene, Stats, VisibilityBuffer, info, load,
-    preview_with, verify, write_png_rgb8,
+    Aov, Bounces, Camera, Error, Frame, Lens, Look, Scene, Stats, VisibilityBuffer, available_memory, info,
+    load, preview_with, verify, write_png_rgb8,
 };
 
 use crate::args::{Common, InfoArgs, RenderArgs, VerifyArgs};
 use crate::bake::vertices_forecast;
 use crate::picture::{Files, Picture, Sight};
-use crate::report::{Report, Times, kibibytes, timed};
+use crate::report::{Report, Times, timed};
 
 /// Bytes of a pixel: hits 8, and either points 28 with their positions and normals 24, or else a preview 12 and its sum 12,
 /// bytes of the picture 3 and the widest derived image 12.
@@ -26,7 +27,7 @@ pub(crate) const SHADOW_BYTES: u64 = 31;
 
 /// Reads a scene and says what was noticed.
 pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
-    let options = LoadOptions { drop_non_finite: common.drop_non_finite };
+    let options = common.load_options();
     let scene = timed(&mut times.load, || load(name, options))?;
     print_warnings(&scene, common);
     Ok(scene)
@@ -47,9 +48,9 @@ pub(crate) fn say(warnings: &[String], common: &Common) {
 /// `umbel render`.
 pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
     let output = args.picture.checked_output()?;
-    let lights = args.lights.lights()?;
+    args.lights.lights(DVec3::ZERO)?;
     let bounces = args.bounces.bounces()?;
-    let is_lit = !lights.is_empty() || args.bounces.is_given();
+    let is_lit = !args.lights.is_none() || args.bounces.is_given();
     if is_lit && (output.is_none() || args.picture.is_point_cloud()) {
         let what = "lights, mirrors and glass go with the preview: add -o FILE.png, or leave them out";
         return Err(Error::Usage(what.into()));
@@ -57,7 +58,7 @@ pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
     let mut times = Times::default();
     let mut scene = load_scene(&args.scene, common, &mut times)?;
     say(args.bounces.change(&mut scene)?.as_slice(), common);
-    let camera = args.camera.camera(&scene)?;
+    let (camera, lights) = (args.camera.camera(&scene)?, args.lights.lights(scene.offset)?);
     check_memory_with(&scene, &camera, (lights.len() as u64, bounces), common)?;
     let sight = Sight::of_camera(&camera)?;
     let look = Look { samples: args.picture.samples, lights, bounces };
@@ -147,7 +148,7 @@ pub(crate) fn limit_memory(bytes: u64, scene: &Scene, remedy: &str, common: &Com
     let forecast = bytes + scene.triangles.len() as u64 * 6;
     let (limit, name) = match common.max_memory {
         Some(limit) => (limit, "--max-memory"),
-        None => (available_bytes().unwrap_or(u64::MAX), "the memory that is left,"),
+        None => (available_memory().unwrap_or(u64::MAX), "the memory that is left,"),
     };
     if forecast > limit {
         return Err(Error::Limit(format!(
@@ -155,11 +156,6 @@ pub(crate) fn limit_memory(bytes: u64, scene: &Scene, remedy: &str, common: &Com
         )));
     }
     Ok(())
-}
-
-/// What the system can give without swapping, where it tells (Linux).
-pub(crate) fn available_bytes() -> Option<u64> {
-    kibibytes("/proc/meminfo", "MemAvailable:")
 }
 
 /// A bar over passes: on stderr, on a terminal, and only when there is more than one.
@@ -244,7 +240,7 @@ fn mark_colour(mark: &umbel::Mark) -> [u8; 3] {
 pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> {
     let scene = load_scene(&args.scene, common, &mut Times::default())?;
     let found = info(&scene);
-    let (lo, hi) = (found.bounds.lo, found.bounds.hi);
+    let [lo, hi] = [found.bounds.lo, found.bounds.hi].map(|corner| in_frame_of_file(corner, &scene));
     let counts = [
         ("triangles", found.triangles),
         ("vertices", found.vertices),
@@ -265,6 +261,7 @@ pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> 
             value[name] = json!(count);
         }
         value["memory"] = Map::from_iter(memory.map(|(name, bytes)| (name.to_owned(), json!(bytes)))).into();
+        value["offset"] = json!(scene.offset.to_array());
         value["bounds"] = if found.bounds.is_empty() { json!(null) } else { json!({ "lo": lo, "hi": hi }) };
         return print(&format!("{value:#}\n"));
     }
@@ -273,12 +270,25 @@ pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> 
         text += &format!("  {:16} {count}\n", name.replace('_', " "));
     }
     if !found.bounds.is_empty() {
-        text += &format!("  bounds           {lo:?} to {hi:?}\n");
+        let shown = |corner: &[Value; 3]| format!("[{}, {}, {}]", corner[0], corner[1], corner[2]);
+        text += &format!("  bounds           {} to {}\n", shown(&lo), shown(&hi));
+    }
+    if scene.offset != DVec3::ZERO {
+        text += &format!("  offset           {:?}\n", scene.offset.to_array());
     }
     let forecast =
         memory.map(|(name, bytes)| format!("{} {:.1} MB", name.replace('_', " --"), bytes as f64 / 1e6));
     text += &format!("  memory           {}, beside the scene\n", forecast.join(", "));
     print(&text)
+}
+
+/// A place in the frame of the scene's file. Near the origin the number is that in f32, with its digits.
+fn in_frame_of_file(place: [f32; 3], scene: &Scene) -> [Value; 3] {
+    let offset = scene.offset.to_array();
+    [0, 1, 2].map(|k| match offset[k] == 0.0 {
+        true => json!(place[k]),
+        false => json!(offset[k] + f64::from(place[k])),
+    })
 }
 
 /// Writes data to stdout. A reader that has gone away is no failure.

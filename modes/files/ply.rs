@@ -2,11 +2,14 @@
 //!
 //! The vertices of the scene with `float x y z`, the value under its name, and as `uchar red green blue` for viewers; the
 //! faces as `list uchar uint vertex_indices`; binary, little-endian. Gray is linear, 255 times the value; a vertex without a value
-//! has NaN, and is white.
+//! has NaN, and is white. A scene that was moved while it was read ([`Scene::offset`]) is written where its file has it, with
+//! `double x y z`.
 //!
 //! Based on: Greg Turk, "The PLY Polygon File Format", 1994.
 
 use std::path::Path;
+
+use glam::DVec3;
 
 use crate::error::Error;
 use crate::files::output::{refused, write_atomically};
@@ -22,15 +25,23 @@ pub fn write_ply_mesh(path: &Path, scene: &Scene, name: &str, values: &[f32]) ->
     if values.len() != vertices {
         return Err(refused(path, format!("{} values for {vertices} vertices", values.len())));
     }
+    let is_moved = scene.offset != DVec3::ZERO;
+    let number = if is_moved { "double" } else { "float" };
     let header = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\n\
-         property float z\nproperty float {name}\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n\
+        "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\nproperty {number} x\nproperty {number} y\n\
+         property {number} z\nproperty float {name}\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n\
          element face {faces}\nproperty list uchar uint vertex_indices\nend_header\n"
     );
     write_atomically(path, |out| {
         out.write_all(header.as_bytes())?;
         for (&[x, y, z], &value) in scene.positions.iter().zip(values) {
-            out.write_all([x, y, z, value].map(f32::to_le_bytes).as_flattened())?;
+            if is_moved {
+                let place = DVec3::new(x.into(), y.into(), z.into()) + scene.offset;
+                out.write_all(place.to_array().map(f64::to_le_bytes).as_flattened())?;
+                out.write_all(&value.to_le_bytes())?;
+            } else {
+                out.write_all([x, y, z, value].map(f32::to_le_bytes).as_flattened())?;
+            }
             out.write_all(&[gray8(value); 3])?;
         }
         scene.triangles.iter().try_for_each(|corners| {

@@ -5,6 +5,10 @@ pub(crate) mod bpt;
 pub(crate) mod gltf;
 pub(crate) mod load;
 pub(crate) mod load_surfaces;
+#[cfg(any(feature = "gltf", feature = "obj"))]
+pub(crate) mod neighbours;
 #[cfg(feature = "obj")]
 pub(crate) mod obj;
+#[cfg(any(feature = "gltf", feature = "obj"))]
+pub(crate) mod offset;
 pub(crate) mod pattern;

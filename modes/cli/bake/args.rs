@@ -19,7 +19,7 @@ pub(crate) const MARGIN: u32 = 16;
 
 #[derive(Debug, Args)]
 pub(crate) struct BakeArgs {
-    /// An OBJ file, builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: String,
 

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use glam::DVec3;
 use umbel::{
-    Array, Channel, Error, GrayBits, Polarity, Samples, Scene, TexelImage, encode_png_gray, write_exr,
-    write_npy, write_ply_mesh, write_png_gray,
+    Array, Channel, Error, GrayBits, Polarity, Samples, Scene, TexelImage, TracedRay, encode_png_gray,
+    write_exr, write_npy, write_ply_mesh, write_png_gray,
 };
 
 use crate::args::Common;
@@ -51,8 +51,9 @@ impl Files<'_> {
             write_npy(path, &[shape, vec![3]].concat(), Array::F32(bent.as_flattened()))?;
         }
         if let Some(path) = &self.args.dump_rays {
-            hash_numbers(hash, found.traced.as_flattened());
-            write_npy(path, &[found.traced.len(), 8], Array::F32(found.traced.as_flattened()))?;
+            let traced = in_frame_of_file(found.traced, self.scene.offset);
+            hash_numbers(hash, traced.as_flattened());
+            write_npy(path, &[traced.len(), 8], Array::F32(traced.as_flattened()))?;
         }
         Ok(())
     }
@@ -67,7 +68,12 @@ impl Files<'_> {
             (None, Source::Points(points)) => {
                 let positions =
                     points.hemispheres.iter().map(|hemisphere| hemisphere.receiver.point).collect();
-                write_ply_mesh(path, &Scene { positions, ..Scene::default() }, name, values)
+                write_ply_mesh(
+                    path,
+                    &Scene { positions, offset: self.scene.offset, ..Scene::default() },
+                    name,
+                    values,
+                )
             }
             _ => write_ply_mesh(path, self.scene, name, values),
         }
@@ -97,6 +103,18 @@ impl Files<'_> {
             None => write_plane(path, side, name, values, args.bits()),
         }
     }
+}
+
+/// Rays whose origins are where the scene's file has them.
+fn in_frame_of_file(mut rays: Vec<TracedRay>, offset: DVec3) -> Vec<TracedRay> {
+    if offset != DVec3::ZERO {
+        for ray in &mut rays {
+            for (origin, moved) in ray.iter_mut().zip(offset.to_array()) {
+                *origin = (f64::from(*origin) + moved) as f32;
+            }
+        }
+    }
+    rays
 }
 
 /// Hashes numbers, little-endian.

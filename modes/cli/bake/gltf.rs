@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use umbel::{Error, GltfFile, GltfOptions, Scene, VertexTarget};
+use umbel::{Error, GltfFile, GltfOptions, LoadOptions, Scene, VertexTarget};
 
 use crate::args::Common;
 use crate::bake::args::{BakeArgs, IntoArg};
@@ -35,7 +35,8 @@ impl Patched {
                 args.scene
             )));
         }
-        let options = GltfOptions { drop_non_finite: common.drop_non_finite, ..GltfOptions::default() };
+        let LoadOptions { drop_non_finite, allow_outside, max_memory } = common.load_options();
+        let options = GltfOptions { drop_non_finite, uv_set: 0, allow_outside, max_memory };
         let (file, scene) = timed(&mut times.load, || GltfFile::read(scene, &options))?;
         file.check_output(output)?;
         print_warnings(&scene, common);

@@ -16,9 +16,9 @@ use std::time::Instant;
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 use umbel::{
-    Bake, BakeOccluders, BakeOptions, Error, Falloff, Frame, LoadOptions, Occluders, Polarity, SampleSet,
-    Scene, SurfaceOptions, SurfaceScene, TracedRay, Weighting, check_output, check_uvs, load, load_surfaces,
-    names_surfaces, rays_around,
+    Bake, BakeOccluders, BakeOptions, Error, Falloff, Frame, Occluders, Polarity, SampleSet, Scene,
+    SurfaceOptions, SurfaceScene, TracedRay, Weighting, available_memory, check_output, check_uvs, load,
+    load_surfaces, names_surfaces, rays_around,
 };
 
 use crate::args::Common;
@@ -27,7 +27,7 @@ use crate::bake::dial::Dial;
 use crate::bake::files::Files;
 use crate::bake::gltf::Patched;
 use crate::bake::source::{Extent, Results, Source};
-use crate::render::{available_bytes, limit_memory, load_scene, print_run, progress, say};
+use crate::render::{limit_memory, load_scene, print_run, progress, say};
 use crate::report::{Report, Times, timed};
 
 /// The most bytes that a piece takes where the user sets no limit.
@@ -120,7 +120,7 @@ pub(crate) fn occluders<'a>(
 ) -> Result<Occluders<'a>, Error> {
     let mut occluders = Occluders::new(scene);
     for name in args.scenes.iter().filter(|name| !args.is_on_demand(name)) {
-        occluders.add(&load(name, LoadOptions { drop_non_finite: common.drop_non_finite })?)?;
+        occluders.add(&load(name, common.load_options())?)?;
     }
     if args.ground_plane {
         occluders.add_ground(args.up.unwrap_or(DVec3::Y))?;
@@ -130,7 +130,7 @@ pub(crate) fn occluders<'a>(
 
 /// The further scenes that are surfaces on demand.
 fn surfaces(args: &OccluderArgs, common: &Common) -> Result<Vec<SurfaceScene>, Error> {
-    let load = LoadOptions { drop_non_finite: common.drop_non_finite };
+    let load = common.load_options();
     let read = |name: &String| {
         let made = if names_surfaces(name) {
             SurfaceOptions::default()
@@ -164,7 +164,7 @@ pub(crate) fn make_plan(
         + occluders.copied_bytes()
         + triangles
         + bake.map_bytes();
-    let limit = common.max_memory.or_else(available_bytes).unwrap_or(u64::MAX);
+    let limit = common.max_memory.or_else(available_memory).unwrap_or(u64::MAX);
     let left = limit.saturating_sub(fixed + 6 * scene.triangles.len() as u64);
     let left = if common.max_memory.is_some() { left } else { left.min(PIECE_BYTES) };
     let piece = extent.piece(bake, left);

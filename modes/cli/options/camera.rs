@@ -24,6 +24,9 @@ impl LensArg {
     }
 }
 
+/// The sine of the angle to up below which a camera looks straight up or down; what is refused as parallel is smaller.
+const NEARLY_PARALLEL: f64 = 1e-12;
+
 /// Where the rays come from. Without options the scene is framed from (1, 0.7, 1).
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]
@@ -52,7 +55,7 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
     pub(crate) target: Option<DVec3>,
 
-    /// The direction that is up in the picture
+    /// The direction that is up in the picture (default +Y; -Z straight down, +Z straight up)
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
     pub(crate) up: Option<DVec3>,
 
@@ -101,6 +104,18 @@ pub(crate) fn refuse_first(useless: &[(bool, &str)]) -> Result<(), Error> {
     first.map_or(Ok(()), |(_, why)| Err(Error::Usage((*why).into())))
 }
 
+/// What is up in the picture where nobody says: what the camera has, or, for one that looks straight down or up along that,
+/// −Z or Z: as if it had looked along −Z and been turned down or up.
+fn upright(camera: &Camera) -> DVec3 {
+    let view = camera.target - camera.eye;
+    let (ahead, up) = (view / view.abs().max_element(), camera.up);
+    match ahead.cross(up).length() < NEARLY_PARALLEL * up.length() {
+        true if ahead.dot(up) < 0.0 => DVec3::NEG_Z,
+        true => DVec3::Z,
+        false => up,
+    }
+}
+
 impl CameraArgs {
     /// The camera for a scene.
     pub(crate) fn camera(&self, scene: &Scene) -> Result<Camera, Error> {
@@ -119,10 +134,10 @@ impl CameraArgs {
         &self,
         bounds: &Aabb,
         view: Option<BuiltinView>,
-        film_height: Option<f64>,
+        (film_height, offset): (Option<f64>, DVec3),
     ) -> Result<Camera, Error> {
         self.view.refuse_useless_beside_cube(self.lens)?;
-        self.framing_of(bounds, view, film_height)
+        self.framing_of(bounds, view, (film_height, offset))
     }
 
     /// The camera with what was given, and what suits the scene for the rest.
@@ -131,15 +146,16 @@ impl CameraArgs {
             return Err(Error::Usage("--height goes with --camera ortho".into()));
         }
         let view = scene.name.strip_prefix("builtin:").and_then(builtin_view);
-        self.framing_of(&scene.bounds(), view, self.height)
+        self.framing_of(&scene.bounds(), view, (self.height, scene.offset))
     }
 
-    /// The camera for a box, with a curated view or none, where an ortho picture shows so many world units.
+    /// The camera for a box, with a curated view or none, where an ortho picture shows so many world units. Eye and target
+    /// are given in the file's frame, from which `offset` was taken.
     pub(crate) fn framing_of(
         &self,
         bounds: &Aabb,
         view: Option<BuiltinView>,
-        film_height: Option<f64>,
+        (film_height, offset): (Option<f64>, DVec3),
     ) -> Result<Camera, Error> {
         let (width, height) = match self.lens {
             LensArg::Cube => (self.view.cube_size.unwrap_or(1024), self.view.cube_size.unwrap_or(1024)),
@@ -159,9 +175,9 @@ impl CameraArgs {
             camera.up = DVec3::from_array(view.up);
             camera.lens = Lens::Pinhole { fov: self.view.fov.unwrap_or(view.fov_degrees) };
         }
-        camera.eye = self.eye.unwrap_or(camera.eye);
-        camera.target = self.view.target.unwrap_or(camera.target);
-        camera.up = self.view.up.unwrap_or(camera.up);
+        camera.eye = self.eye.map_or(camera.eye, |eye| eye - offset);
+        camera.target = self.view.target.map_or(camera.target, |target| target - offset);
+        camera.up = self.view.up.unwrap_or_else(|| upright(&camera));
         if let (Lens::Ortho { .. }, Some(height)) = (lens, film_height) {
             camera.lens = Lens::Ortho { height };
         }

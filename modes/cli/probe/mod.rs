@@ -4,7 +4,7 @@ pub(crate) mod args;
 
 use std::path::Path;
 
-use umbel::{Error, Look, Pattern, Scene, read_pattern};
+use umbel::{Camera, Error, Look, Pattern, Scene, read_pattern};
 
 use crate::args::Common;
 use crate::picture::{Files, Sight};
@@ -33,10 +33,11 @@ pub(crate) fn probe(args: &ProbeArgs, common: &Common) -> Result<(), Error> {
 fn sight(args: &ProbeArgs, scene: &Scene, common: &Common) -> Result<Sight, Error> {
     if let Some(PatternArg::File(path)) = &args.pattern {
         check_pattern_memory(path, scene, common)?;
-        let Pattern { shot, shape } = read_pattern(path, args.center)?;
+        let Pattern { shot, shape } = read_pattern(path, args.center - scene.offset)?;
         return Ok(Sight { shot, shape, camera: None });
     }
     let camera = args.camera()?;
+    let camera = Camera { eye: camera.eye - scene.offset, target: camera.target - scene.offset, ..camera };
     check_memory(scene, &camera, common)?;
     Sight::of_camera(&camera)
 }

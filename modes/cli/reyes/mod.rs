@@ -2,8 +2,9 @@
 
 pub(crate) mod args;
 
+use glam::DVec3;
 use umbel::{
-    Camera, Error, LoadOptions, Look, Scene, SurfaceScene, load_surfaces, surface_preview, surface_view,
+    Camera, Error, Look, Scene, SurfaceScene, load_surfaces, surface_preview, surface_view,
     surface_visibility,
 };
 
@@ -21,7 +22,7 @@ pub(crate) const CORNERS_BYTES: u64 = 48;
 impl ReyesArgs {
     /// Reads the scene, and says what was noticed.
     pub(crate) fn load(&self, common: &Common) -> Result<SurfaceScene, Error> {
-        let load = LoadOptions { drop_non_finite: common.drop_non_finite };
+        let load = common.load_options();
         let scene = load_surfaces(&self.scene, self.surfaces.made.options(load, self.camera.height)?)?;
         say(&scene.warnings, common);
         Ok(scene)
@@ -30,18 +31,21 @@ impl ReyesArgs {
     /// The camera that was asked for; of a built-in scene its curated view, of others one that frames them.
     pub(crate) fn framing(&self, scene: &SurfaceScene) -> Result<Camera, Error> {
         let view = self.scene.strip_prefix("builtin:").and_then(surface_view);
-        self.camera.framing_of(&scene.bounds(), view, self.surfaces.film_height(&self.camera))
+        self.camera.framing_of(&scene.bounds(), view, (self.surfaces.film_height(&self.camera), scene.offset))
     }
 }
 
 /// `umbel reyes`.
 pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
     args.check()?;
-    let (output, look) = (args.picture.checked_output()?, args.look()?);
+    let output = args.picture.checked_output()?;
+    // Wrong options are refused before anything is read.
+    args.look(DVec3::ZERO)?;
     let mut times = Times::default();
     let scene = timed(&mut times.load, || args.load(common))?;
+    let look = args.look(scene.offset)?;
     let camera = args.framing(&scene)?;
-    let named = Scene { name: scene.name.clone(), ..Scene::default() };
+    let named = Scene { name: scene.name.clone(), offset: scene.offset, ..Scene::default() };
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
     let lit = look.lights.len() as u64 * (SHADOW_BYTES + 1)
         + if look.lights.is_empty() { 0 } else { CORNERS_BYTES };

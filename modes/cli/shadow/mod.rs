@@ -11,15 +11,13 @@ use std::time::Instant;
 use serde_json::{Map, Value};
 use umbel::{
     Camera, Casters, Dicing, Error, Frame, Lens, MaskCounts, NO_TRIANGLE, Origin, Pencil, Receivers, Scene,
-    Shot, Stats, Triangles, closest_hit, closest_hit_on_demand, compare_maps, cube_map, cube_pencil,
-    distances, receivers, sun_pencil, surface_distances, surface_visibility,
+    Shot, Stats, Triangles, available_memory, closest_hit, closest_hit_on_demand, compare_maps, cube_map,
+    cube_pencil, distances, receivers, sun_pencil, surface_distances, surface_visibility,
 };
 
 use crate::args::Common;
 use crate::options::dial::Goal;
-use crate::render::{
-    SCATTERED_BYTES, SHADOW_BYTES, available_bytes, limit_memory, print, print_run, progress,
-};
+use crate::render::{SCATTERED_BYTES, SHADOW_BYTES, limit_memory, print, print_run, progress};
 use crate::report::{Report, Times, timed};
 use crate::reyes::{CORNERS_BYTES, SURFACE_BYTES};
 use crate::shadow::args::ShadowArgs;
@@ -96,7 +94,10 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
     let casters = Casters { triangles: &triangles, surfaces: &surfaces, dicing };
     let visible = scene.mesh.geometry()?;
     let (stats, hash) = (Stats::default(), blake3::Hasher::new());
-    let more = Map::from_iter([("lights".to_owned(), lights.iter().copied().map(light_json).collect())]);
+    let more = Map::from_iter([(
+        "lights".to_owned(),
+        lights.iter().map(|&light| light_json(light, scene.mesh.offset)).collect(),
+    )]);
     let (scene, map_size) = (&scene, args.map_size());
     let mut run = Run {
         args,
@@ -126,7 +127,7 @@ impl Run<'_> {
     /// Has the dial choose the size of the lights' maps.
     fn choose(&mut self, goal: Goal, camera: &Camera, start: Instant) -> Result<(), Error> {
         let seen = self.seen(camera, 0, 1)?;
-        let limit = self.common.max_memory.or_else(available_bytes).unwrap_or(u64::MAX);
+        let limit = self.common.max_memory.or_else(available_memory).unwrap_or(u64::MAX);
         let texel = 6 * (TEXEL_BYTES + 4 * self.lights.len() as u64);
         let left = limit.saturating_sub(u64::from(camera.width) * u64::from(camera.rows()) * PIXEL_BYTES);
         let dial = Dial {
@@ -269,9 +270,10 @@ impl Run<'_> {
         let (mut rows, mut text) = (Vec::new(), String::new());
         for (index, (&light, shadowed)) in self.lights.iter().zip(&shadowed).enumerate() {
             let Origin::Point(point) = light else { continue };
+            let place = point + self.scene.mesh.offset;
             let reached = shadowed.iter().filter(|&&shadowed| !shadowed).count();
             text += &format!(
-                "light {index} at {point}: {surfaces} receivers, {reached} lit\n{:>10} {:>19} {:>19} {:>12} {:>12}\n",
+                "light {index} at {place}: {surfaces} receivers, {reached} lit\n{:>10} {:>19} {:>19} {:>12} {:>12}\n",
                 "cube size", "acne", "leaks", "median bias", "largest bias"
             );
             for &size in sizes {

@@ -104,8 +104,18 @@ pub(crate) struct Node {
     /// x, y, z, w.
     pub(crate) rotation: Option<[f64; 4]>,
     pub(crate) scale: Option<[f64; 3]>,
+    /// Of the morph targets, instead of the mesh's.
+    pub(crate) weights: Option<Vec<f64>>,
     #[serde(default)]
     pub(crate) extensions: Map<String, Value>,
+}
+
+/// What moves the vertices of a mesh.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Skin {
+    pub(crate) joints: Vec<usize>,
+    pub(crate) inverse_bind_matrices: Option<usize>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -113,6 +123,9 @@ pub(crate) struct Mesh {
     #[serde(default)]
     pub(crate) name: String,
     pub(crate) primitives: Vec<Primitive>,
+    /// Of the morph targets.
+    #[serde(default)]
+    pub(crate) weights: Vec<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -123,7 +136,7 @@ pub(crate) struct Primitive {
     #[serde(default = "triangles")]
     pub(crate) mode: u32,
     #[serde(default)]
-    pub(crate) targets: Vec<Value>,
+    pub(crate) targets: Vec<BTreeMap<String, usize>>,
     #[serde(default)]
     pub(crate) extensions: Map<String, Value>,
 }
@@ -200,6 +213,7 @@ pub(crate) struct Document {
     pub(crate) scenes: Vec<Roots>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) meshes: Vec<Mesh>,
+    pub(crate) skins: Vec<Skin>,
     pub(crate) materials: Vec<Surface>,
     pub(crate) accessors: Vec<Accessor>,
     pub(crate) views: Vec<BufferView>,
@@ -209,12 +223,14 @@ pub(crate) struct Document {
 impl Document {
     pub(crate) fn of(json: &Value) -> Result<Self, Problem> {
         let scene = json.get("scene").unwrap_or(&Value::Null);
-        let scene = Option::deserialize(&*plain(scene)).map_err(|error| broken(format!("`scene`: {error}")))?;
+        let scene =
+            Option::deserialize(&*plain(scene)).map_err(|error| broken(format!("`scene`: {error}")))?;
         Ok(Self {
             scene,
             scenes: list(json, "scenes")?,
             nodes: list(json, "nodes")?,
             meshes: list(json, "meshes")?,
+            skins: list(json, "skins")?,
             materials: list(json, "materials")?,
             accessors: list(json, "accessors")?,
             views: list(json, "bufferViews")?,
@@ -242,7 +258,8 @@ pub(crate) fn whole(value: &Value) -> Option<u64> {
     /// Up to here f64 holds every integer.
     const GREATEST: f64 = 9007199254740992.0;
     value.as_u64().or_else(|| {
-        let number = value.as_f64().filter(|number| (0.0..=GREATEST).contains(number) && number.fract() == 0.0);
+        let number =
+            value.as_f64().filter(|number| (0.0..=GREATEST).contains(number) && number.fract() == 0.0);
         number.map(|number| number as u64)
     })
 }
