@@ -91,7 +91,9 @@ fn options_and_outputs_are_in_the_frame_of_the_file() {
         assert!((bound("lo", k) + 0.5).abs() < 1e-3 && (bound("hi", k) - 0.5).abs() < 1e-3, "{value}");
     }
     assert_eq!(value["degenerate"], 0);
+    // A little beside the axis: pixels on its diagonals would lie on edges.
     let view = |[x, y, z]: [f64; 3]| {
+        let (x, y) = (x + 0.013, y + 0.007);
         format!("--eye {x},{y},{} --target {x},{y},{z} --up 0,1,0 --size 32x32", z + 3.0)
     };
     for (name, middle) in [("far", MIDDLE), ("near", [0.0; 3])] {
