@@ -14,6 +14,9 @@ use crate::error::{Error, Problem};
 /// The share of the memory that is left which reading a scene may take.
 const SHARE: f64 = 0.5;
 
+/// What is allowed in any case: less than a program without a scene has at hand.
+const LEAST: u64 = 1 << 16;
+
 /// What to do about a scene that is too large.
 const REMEDY: &str = "Give it more with --max-memory, or split the file.";
 
@@ -29,7 +32,7 @@ impl Budget {
     /// So many bytes, or a share of what the system can give.
     pub(crate) fn new(limit: Option<u64>) -> Self {
         let share = || available_memory().map(|bytes| (bytes as f64 * SHARE) as u64);
-        let limit = limit.or_else(share).unwrap_or(u64::MAX);
+        let limit = limit.or_else(share).unwrap_or(u64::MAX).max(LEAST);
         Self { limit, used: Cell::new(0), was_refused: Cell::new(false) }
     }
 
@@ -49,7 +52,7 @@ impl Budget {
         self.was_refused.set(true);
         let (megabytes, limit) = (in_megabytes(needed), in_megabytes(self.limit));
         let what = format!(
-            "reading it would need at least {megabytes} MB of memory (for {what}), and may take {limit} MB"
+            "reading it would need at least {megabytes:.1} MB of memory (for {what}), and may take {limit:.1} MB"
         );
         Err(Problem { line: None, what, remedy: REMEDY })
     }
@@ -63,9 +66,8 @@ impl Budget {
     }
 }
 
-/// Rounded up.
-fn in_megabytes(bytes: u64) -> u64 {
-    bytes.div_ceil(1_000_000)
+fn in_megabytes(bytes: u64) -> f64 {
+    bytes as f64 / 1e6
 }
 
 /// The bytes that this process can still take without swapping or hitting a limit of the system: what is free, what its

@@ -45,7 +45,7 @@ fn cameras_that_see_nothing() {
         ("--target x", "--target"),
         ("--up 0,1,nan", "--up"),
         ("--up 0,0,0", "--up"),
-        ("--eye 0,5,0 --target 0,0,0", "--up"),
+        ("--eye 0,5,0 --target 0,0,0 --up 0,1,0", "--up"),
         ("--eye 0,5,0 --target 0,0,0 --up 0,-2,0", "--up"),
         ("--eye 1,2,3 --target 1,2,3", "--target"),
         ("--eye 1,2,3 --target 1,2,3", "--eye"),

@@ -39,7 +39,7 @@ fn circles() {
 fn waves_and_stars() {
     let wave = |k: usize| 10.0 + 3.0 * (TAU * 40.0 * k as f64 / CORNERS as f64).sin();
     check(&(0..CORNERS).map(|k| around(k, CORNERS, wave(k))).collect::<Vec<_>>());
-    let star = |k: usize| if k % 2 == 0 { 10.0 } else { 7.0 };
+    let star = |k: usize| if k.is_multiple_of(2) { 10.0 } else { 7.0 };
     check(&(0..CORNERS).map(|k| around(k, CORNERS, star(k))).collect::<Vec<_>>());
 }
 
