@@ -34,5 +34,6 @@ fn main() -> Result<(), Error> {
     receivers.indices.iter().zip(&found.values).for_each(|(&vertex, &value)| values[vertex as usize] = value);
     let mean = found.values.iter().sum::<f32>() / found.values.len().max(1) as f32;
     println!("{} vertices, {} rays, mean openness {mean:.3}", receivers.len(), found.rays);
-    write_ply_mesh(Path::new("bake_vertices.ply"), &scene.positions, &scene.triangles, "openness", &values)
+    let mesh = (scene.positions.as_slice(), scene.triangles.as_slice(), scene.offset);
+    write_ply_mesh(Path::new("bake_vertices.ply"), mesh, "openness", &values)
 }

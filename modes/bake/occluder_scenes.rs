@@ -30,6 +30,8 @@ pub struct Occluders<'a> {
     triangles: Cow<'a, [[u32; 3]]>,
     /// Where the objects of all scenes end.
     group_ends: Vec<u32>,
+    /// That of the first scene, in whose frame everything is.
+    offset: DVec3,
 }
 
 impl<'a> Occluders<'a> {
@@ -40,6 +42,7 @@ impl<'a> Occluders<'a> {
             positions: Cow::Borrowed(&scene.positions),
             triangles: Cow::Borrowed(&scene.triangles),
             group_ends: scene.group_ends(),
+            offset: scene.offset,
         }
     }
 
@@ -48,7 +51,15 @@ impl<'a> Occluders<'a> {
     /// # Errors
     /// [`Error::Usage`] when there are more vertices than indices.
     pub fn add(&mut self, scene: &Scene) -> Result<(), Error> {
-        self.append(&scene.positions, &scene.triangles, &scene.group_ends())
+        let between = scene.offset - self.offset;
+        if between == DVec3::ZERO {
+            return self.append(&scene.positions, &scene.triangles, &scene.group_ends());
+        }
+        // Both offsets are exact, so positions are rounded once more and no more than that.
+        let moved =
+            |p: &[f32; 3]| (DVec3::from_array(p.map(f64::from)) + between).to_array().map(|x| x as f32);
+        let positions: Vec<[f32; 3]> = scene.positions.iter().map(moved).collect();
+        self.append(&positions, &scene.triangles, &scene.group_ends())
     }
 
     /// Adds a ground below all that there is so far. An empty scene has none.

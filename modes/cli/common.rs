@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use umbel::engine::{Accuracy, Isa, Partition};
-use umbel::{Options, Path};
+use umbel::{LoadOptions, Options, Path};
 
 use crate::options::parse::parse_bytes;
 
@@ -53,6 +53,10 @@ pub(crate) struct Common {
     #[arg(long, global = true)]
     pub(crate) drop_non_finite: bool,
 
+    /// Open what the scene's file names in other folders than its own, too: buffers and material libraries
+    #[arg(long, global = true)]
+    pub(crate) allow_outside: bool,
+
     /// Say nothing but errors
     #[arg(short, long, global = true)]
     pub(crate) quiet: bool,
@@ -89,7 +93,17 @@ impl Common {
     pub(crate) fn words(&self) -> Vec<String> {
         let threads = (self.threads > 0).then(|| ["--threads".to_owned(), self.threads.to_string()]);
         let dropped = self.drop_non_finite.then(|| "--drop-non-finite".to_owned());
-        threads.into_iter().flatten().chain(dropped).collect()
+        let outside = self.allow_outside.then(|| "--allow-outside".to_owned());
+        threads.into_iter().flatten().chain(dropped).chain(outside).collect()
+    }
+
+    /// How scenes are read.
+    pub(crate) fn load_options(&self) -> LoadOptions {
+        LoadOptions {
+            drop_non_finite: self.drop_non_finite,
+            allow_outside: self.allow_outside,
+            max_memory: self.max_memory,
+        }
     }
 
     /// The engine's options.

@@ -1,8 +1,9 @@
 //! `umbel info`: what a scene has, and what the verbs would need.
 
-use serde_json::{Map, json};
-use umbel::Error;
+use glam::DVec3;
+use serde_json::{Map, Value, json};
 use umbel::scene::info;
+use umbel::{Error, Scene};
 
 use crate::args::InfoArgs;
 use crate::bake::vertices_forecast;
@@ -15,7 +16,7 @@ use crate::run::{load_scene, print};
 pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> {
     let scene = load_scene(&args.scene, common, &mut Times::default())?;
     let found = info(&scene);
-    let (lo, hi) = (found.bounds.lo, found.bounds.hi);
+    let [lo, hi] = [found.bounds.lo, found.bounds.hi].map(|corner| in_frame_of_file(corner, &scene));
     let counts = [
         ("triangles", found.triangles),
         ("vertices", found.vertices),
@@ -36,6 +37,7 @@ pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> 
             value[name] = json!(count);
         }
         value["memory"] = Map::from_iter(memory.map(|(name, bytes)| (name.to_owned(), json!(bytes)))).into();
+        value["offset"] = json!(scene.offset.to_array());
         value["bounds"] = if found.bounds.is_empty() { json!(null) } else { json!({ "lo": lo, "hi": hi }) };
         return print(&format!("{value:#}\n"));
     }
@@ -44,10 +46,23 @@ pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> 
         text += &format!("  {:16} {count}\n", name.replace('_', " "));
     }
     if !found.bounds.is_empty() {
-        text += &format!("  bounds           {lo:?} to {hi:?}\n");
+        let shown = |corner: &[Value; 3]| format!("[{}, {}, {}]", corner[0], corner[1], corner[2]);
+        text += &format!("  bounds           {} to {}\n", shown(&lo), shown(&hi));
+    }
+    if scene.offset != DVec3::ZERO {
+        text += &format!("  offset           {:?}\n", scene.offset.to_array());
     }
     let forecast =
         memory.map(|(name, bytes)| format!("{} {:.1} MB", name.replace('_', " --"), bytes as f64 / 1e6));
     text += &format!("  memory           {}, beside the scene\n", forecast.join(", "));
     print(&text)
+}
+
+/// A place in the frame of the scene's file. Near the origin the number is that in f32, with its digits.
+fn in_frame_of_file(place: [f32; 3], scene: &Scene) -> [Value; 3] {
+    let offset = scene.offset.to_array();
+    [0, 1, 2].map(|k| match offset[k] == 0.0 {
+        true => json!(place[k]),
+        false => json!(offset[k] + f64::from(place[k])),
+    })
 }

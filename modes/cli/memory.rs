@@ -1,9 +1,9 @@
 //! How many bytes things take, and the limit that a run may not pass.
 
+use umbel::files::available_memory;
 use umbel::{Error, Scene};
 
 use crate::common::Common;
-use crate::report::kibibytes;
 
 /// Bytes of a pixel: hits 8, and either points 28 with their positions and normals 24, or else a preview 12 and its sum 12,
 /// bytes of the picture 3 and the widest derived image 12.
@@ -35,7 +35,7 @@ pub(crate) fn limit_memory(bytes: u64, scene: &Scene, remedy: &str, common: &Com
     let forecast = bytes + scene.triangles.len() as u64 * 6;
     let (limit, name) = match common.max_memory {
         Some(limit) => (limit, "--max-memory"),
-        None => (available_bytes().unwrap_or(u64::MAX), "the memory that is left,"),
+        None => (available_memory().unwrap_or(u64::MAX), "the memory that is left,"),
     };
     if forecast > limit {
         return Err(Error::Limit(format!(
@@ -43,9 +43,4 @@ pub(crate) fn limit_memory(bytes: u64, scene: &Scene, remedy: &str, common: &Com
         )));
     }
     Ok(())
-}
-
-/// What the system can give without swapping, where it tells (Linux).
-pub(crate) fn available_bytes() -> Option<u64> {
-    kibibytes("/proc/meminfo", "MemAvailable:")
 }

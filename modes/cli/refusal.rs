@@ -3,14 +3,25 @@
 use umbel::engine;
 use umbel::{Argument, Error};
 
+/// What readers call their options, and the options of the command that set them.
+const FLAGS: [(&str, &str); 5] = [
+    (": ObjOptions::drop_non_finite", " with --drop-non-finite"),
+    (": GltfOptions::drop_non_finite", " with --drop-non-finite"),
+    (": ObjOptions::allow_outside", " with --allow-outside"),
+    (": GltfOptions::allow_outside", " with --allow-outside"),
+    (": max_memory", " with --max-memory"),
+];
+
+/// What a reader says, with the options of the command in the place of its own.
+pub(crate) fn with_flags(text: &str) -> String {
+    FLAGS.iter().fold(text.to_owned(), |text, (field, flag)| text.replace(field, flag))
+}
+
 /// What the command says about an error.
 pub(crate) fn message(error: &Error) -> String {
     match error {
         Error::Argument(argument) => of_argument(argument),
-        Error::Input { .. } => error
-            .to_string()
-            .replace(": ObjOptions::drop_non_finite.", " with --drop-non-finite.")
-            .replace(": GltfOptions::drop_non_finite.", " with --drop-non-finite."),
+        Error::Input { .. } | Error::Limit(_) => with_flags(&error.to_string()),
         other => other.to_string(),
     }
 }

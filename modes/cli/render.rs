@@ -1,5 +1,6 @@
 //! `umbel render` and `umbel verify`: what a camera sees, and whether another way sees the same.
 
+use glam::DVec3;
 use serde_json::{Map, json};
 use umbel::files::write_png_rgb8;
 use umbel::render::{Bounces, Look, preview_with, verify};
@@ -15,9 +16,9 @@ use crate::run::{load_scene, print, print_run, progress, say};
 /// `umbel render`.
 pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
     let output = args.picture.checked_output()?;
-    let lights = args.lights.lights()?;
+    args.lights.lights(DVec3::ZERO)?;
     let bounces = args.bounces.bounces()?;
-    let is_lit = !lights.is_empty() || args.bounces.is_given();
+    let is_lit = !args.lights.is_none() || args.bounces.is_given();
     if is_lit && (output.is_none() || args.picture.is_point_cloud()) {
         let what = "lights, mirrors and glass go with the preview: add -o FILE.png, or leave them out";
         return Err(Error::Usage(what.into()));
@@ -25,7 +26,7 @@ pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
     let mut times = Times::default();
     let mut scene = load_scene(&args.scene, common, &mut times)?;
     say(args.bounces.change(&mut scene)?.as_slice(), common);
-    let camera = args.camera.camera(&scene)?;
+    let (camera, lights) = (args.camera.camera(&scene)?, args.lights.lights(scene.offset)?);
     check_memory_with(&scene, &camera, (lights.len() as u64, bounces), common)?;
     let sight = Sight::of_camera(&camera)?;
     let look = Look { samples: args.picture.samples, lights, bounces };

@@ -72,6 +72,7 @@ impl Report<'_> {
                 "name": self.scene.name,
                 "triangles": self.scene.triangles.len(),
                 "vertices": self.scene.positions.len(),
+                "offset": self.scene.offset.to_array(),
             },
             "rays": self.rays,
             "threads": rayon::current_num_threads(),

@@ -3,14 +3,15 @@
 use std::io::Write as _;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use umbel::{Error, LoadOptions, Scene, Stats, load};
+use umbel::{Error, Scene, Stats, load};
 
 use crate::common::Common;
+use crate::refusal::with_flags;
 use crate::report::{Times, timed};
 
 /// Reads a scene and says what was noticed.
 pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
-    let options = LoadOptions { drop_non_finite: common.drop_non_finite };
+    let options = common.load_options();
     let scene = timed(&mut times.load, || load(name, options))?;
     print_warnings(&scene, common);
     Ok(scene)
@@ -24,7 +25,7 @@ pub(crate) fn print_warnings(scene: &Scene, common: &Common) {
 /// Prints warnings, unless only errors are wanted.
 pub(crate) fn say(warnings: &[String], common: &Common) {
     if !common.quiet {
-        warnings.iter().for_each(|warning| anstream::eprintln!("warning: {warning}"));
+        warnings.iter().for_each(|warning| anstream::eprintln!("warning: {}", with_flags(warning)));
     }
 }
 

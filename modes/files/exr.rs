@@ -167,6 +167,14 @@ fn decode(path: &Path) -> exr::error::Result<(usize, usize, Vec<Channel>)> {
     Ok((width, height, channels))
 }
 
+/// The bytes that the header of a file announces; 0 where there is none.
+pub(crate) fn announced(path: &Path) -> u64 {
+    let headers = File::open(path)
+        .map_err(exr::error::Error::from)
+        .and_then(|file| MetaData::read_from_buffered(BufReader::new(file), false));
+    headers.map_or(0, |found| found.headers.iter().map(announced_bytes).fold(0, u64::saturating_add))
+}
+
 /// Refuses a header that announces more than the file can hold, before memory is asked for.
 fn check_size(path: &Path) -> exr::error::Result<()> {
     let file = File::open(path)?;

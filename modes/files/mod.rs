@@ -1,5 +1,6 @@
 //! File formats of arrays and images: NPY, EXR, PNG, KTX2, PLY, and writing that leaves nothing half done.
 
+pub mod budget;
 pub mod exr;
 pub mod ktx2;
 pub mod npy;
@@ -7,6 +8,7 @@ pub mod output;
 pub mod ply;
 pub mod png;
 
+pub use budget::available_memory;
 pub use exr::{Channel, Samples, read_exr, write_exr};
 pub use ktx2::write_ktx2_cube;
 pub use npy::read::{read_npy, read_npy_ids};

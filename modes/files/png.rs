@@ -11,9 +11,11 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder, ImageError, ImageFormat, ImageReader, Limits};
+use image::error::{LimitError, LimitErrorKind};
+use image::{ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader, Limits};
 
 use crate::error::Error;
+use crate::files::budget::Budget;
 use crate::files::output::{refused, write_atomically};
 
 /// Below this, 2^-13, the code is 0: 255 · 12.92 · 2^-13 < 0.5.
@@ -198,29 +200,64 @@ pub fn read_png_rgb8(path: &Path) -> Result<(u32, u32, Vec<u8>), Error> {
 }
 
 /// Reads an image as one number from 0 to 65535 per pixel: width, height and pixels. Colours become their luminance, opacity is
-/// dropped.
-pub(crate) fn read_png_gray16(path: &Path) -> Result<(u32, u32, Vec<u16>), Error> {
-    let image = read_png(path)?.into_luma16();
-    Ok((image.width(), image.height(), image.into_raw()))
+/// dropped. What the pixels take, and `beside` bytes more for each of them, is counted before they are decoded.
+pub(crate) fn read_png_gray16(
+    path: &Path,
+    beside: u64,
+    budget: &Budget,
+) -> Result<(u32, u32, Vec<u16>), Error> {
+    let counted = |(width, height): (u32, u32), decoded: u64| {
+        let pixels = u64::from(width) * u64::from(height);
+        let bytes = decoded.saturating_add(pixels.saturating_mul(2 + beside));
+        budget.check(bytes, &format!("{width}x{height} pixels"))
+    };
+    let mut too_large = None;
+    let image = decode(path, |size, decoded| match counted(size, decoded) {
+        Ok(()) => true,
+        Err(problem) => {
+            too_large = Some(budget.error(problem, path));
+            false
+        }
+    });
+    match too_large {
+        Some(error) => Err(error),
+        None => {
+            let image = image.map_err(|error| not_png(path, &error))?.into_luma16();
+            Ok((image.width(), image.height(), image.into_raw()))
+        }
+    }
 }
 
 /// Decodes a file, or says why not.
 fn read_png(path: &Path) -> Result<image::DynamicImage, Error> {
-    decode(path).map_err(|error| Error::Input {
+    decode(path, |_, _| true).map_err(|error| not_png(path, &error))
+}
+
+/// The error for a file that cannot be decoded.
+fn not_png(path: &Path, error: &ImageError) -> Error {
+    Error::Input {
         path: path.to_owned(),
         line: None,
         problem: format!("cannot read this as a PNG image: {error}"),
         remedy: "check the name, or write the file again".into(),
-    })
+    }
 }
 
-/// Decodes a file whose header cannot make the reader ask for more memory than the file may need.
-fn decode(path: &Path) -> Result<image::DynamicImage, ImageError> {
+/// Decodes a file whose header cannot make the reader ask for more memory than the file may need. `may_go_on` is asked with
+/// the size in pixels and in bytes before pixels are decoded.
+fn decode(
+    path: &Path,
+    may_go_on: impl FnOnce((u32, u32), u64) -> bool,
+) -> Result<image::DynamicImage, ImageError> {
     let file = File::open(path)?;
     let file_bytes = file.metadata()?.len();
     let mut limits = Limits::default();
     limits.max_alloc = Some(PLAIN_BYTES.saturating_add(file_bytes.saturating_mul(GREATEST_EXPANSION)));
     let mut reader = ImageReader::with_format(BufReader::new(file), ImageFormat::Png);
     reader.limits(limits);
-    reader.decode()
+    let decoder = reader.into_decoder()?;
+    if !may_go_on(decoder.dimensions(), decoder.total_bytes()) {
+        return Err(ImageError::Limits(LimitError::from_kind(LimitErrorKind::InsufficientMemory)));
+    }
+    image::DynamicImage::from_decoder(decoder)
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use umbel_core::Aabb;
+use umbel_core::glam::DVec3;
 
 use crate::builtin::{BuiltinView, builtin_view};
 use crate::error::{Argument, Error};
@@ -41,6 +42,8 @@ impl Default for SurfaceOptions {
 pub struct SurfaceScene {
     /// A short name: the file's, or `builtin:NAME`.
     pub name: String,
+    /// What was taken from the positions of the file, as [`Scene::offset`] is.
+    pub offset: DVec3,
     /// The surfaces.
     pub surfaces: Surfaces,
     /// What the reader noticed and mended or left out, one sentence each.
@@ -82,7 +85,7 @@ pub fn load_surfaces(name: &str, options: SurfaceOptions) -> Result<SurfaceScene
     };
     let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let name = if is_bpt(name) { stem } else { name.to_owned() };
-    Ok(SurfaceScene { name, surfaces, warnings: Vec::new(), colours: Vec::new() })
+    Ok(SurfaceScene { name, offset: DVec3::ZERO, surfaces, warnings: Vec::new(), colours: Vec::new() })
 }
 
 /// A curated view of a built-in scene, of surfaces or of triangles.
@@ -134,7 +137,7 @@ impl SurfaceScene {
             (face, material.map(|material| material.diffuse))
         });
         let colours = colours.collect();
-        Ok(Self { name: scene.name, surfaces, warnings: scene.warnings, colours })
+        Ok(Self { name: scene.name, offset: scene.offset, surfaces, warnings: scene.warnings, colours })
     }
 
     /// The box of everything.

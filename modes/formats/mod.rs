@@ -5,8 +5,12 @@ pub mod bpt;
 pub mod gltf;
 pub mod load;
 pub mod load_surfaces;
+#[cfg(any(feature = "gltf", feature = "obj"))]
+pub mod neighbours;
 #[cfg(feature = "obj")]
 pub mod obj;
+#[cfg(any(feature = "gltf", feature = "obj"))]
+pub(crate) mod offset;
 pub mod pattern;
 
 pub use bpt::read_bpt;
@@ -18,6 +22,8 @@ pub use gltf::write::vertex::VertexTarget;
 pub use gltf::{GltfFile, read_gltf};
 pub use load::{LoadOptions, load};
 pub use load_surfaces::{SurfaceOptions, SurfaceScene, load_surfaces, names_surfaces, surface_view};
+#[cfg(any(feature = "gltf", feature = "obj"))]
+pub use neighbours::Resolver;
 #[cfg(feature = "obj")]
-pub use obj::{ObjOptions, read_obj};
+pub use obj::{ObjOptions, read_obj, read_obj_bytes};
 pub use pattern::{Pattern, read_pattern};

@@ -268,7 +268,9 @@ impl VisibilityBuffer {
             Aov::Normal => {
                 self.derived([f32::NAN; 3], |_, hit| triangles.normal(hit.id).to_array().map(|x| x as f32))
             }
-            Aov::Position => self.derived([f32::NAN; 3], |ray, hit| position(&triangles, ray, hit)),
+            Aov::Position => {
+                self.derived([f32::NAN; 3], |ray, hit| position(&triangles, scene.offset, ray, hit))
+            }
             Aov::Work => {
                 let work = work_of(&self.shot.pencil, &self.tiles, &self.pairs);
                 AovData::F32(1, self.spread(&work, &[f32::NAN]))

@@ -5,6 +5,7 @@
 //! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987.
 
 use rayon::prelude::*;
+use umbel_core::glam::DVec3;
 use umbel_core::{
     Dicing, NO_TRIANGLE, Options, Origin, Stats, SurfaceHits, TriangleId, Triangles, shadowed_on_demand,
 };
@@ -18,6 +19,7 @@ use crate::render::work::work_of;
 use crate::render::{Aov, AovData, spread};
 use crate::scene::CLAY;
 use crate::scene::camera::{Camera, Shot};
+use crate::scene::hit_points::in_frame_of_file;
 use crate::scene::hit_points::surface_distance;
 use crate::shadow::Receivers;
 use crate::shadow::receivers_of;
@@ -32,6 +34,8 @@ pub struct SurfaceBuffer {
     pub hits: SurfaceHits,
     /// Pixels of the picture.
     pub pixels: usize,
+    /// What was taken from the positions of the scene's file, [`SurfaceScene::offset`].
+    pub offset: DVec3,
 }
 
 /// How the preview of surfaces is made.
@@ -69,7 +73,7 @@ pub fn surface_visibility(
     dicing: &Dicing,
     options: &Options,
 ) -> Result<(SurfaceBuffer, Stats), Error> {
-    let mut buffer = SurfaceBuffer { shot, hits: SurfaceHits::default(), pixels };
+    let mut buffer = SurfaceBuffer { shot, hits: SurfaceHits::default(), pixels, offset: scene.offset };
     let stats = buffer.see(scene, dicing, options)?;
     Ok((buffer, stats))
 }
@@ -96,7 +100,7 @@ pub fn surface_preview(
     let samples = look.samples.max(1);
     let mut sum = vec![0.0; buffer.pixels * 3];
     let (shot, hits) = (look.shot(camera, 0)?, SurfaceHits::default());
-    let mut seen = SurfaceBuffer { shot, hits, pixels: buffer.pixels };
+    let mut seen = SurfaceBuffer { shot, hits, pixels: buffer.pixels, offset: scene.offset };
     for pass in 0..samples {
         seen.shot = look.shot(camera, pass)?;
         seen.see(scene, dicing, options)?;
@@ -133,7 +137,10 @@ impl SurfaceBuffer {
             Aov::Normal => self.derived([f32::NAN; 3], |k| self.hits.normals()[k]),
             Aov::Position => self.derived([f32::NAN; 3], |k| {
                 let ray = self.shot.pencil.ray(k);
-                rounded(ray.origin + ray.direction * f64::from(self.hits.ts()[k]))
+                rounded(in_frame_of_file(
+                    ray.origin + ray.direction * f64::from(self.hits.ts()[k]),
+                    self.offset,
+                ))
             }),
             Aov::Uv => self.derived([f32::NAN; 2], |k| self.hits.uvs()[k]),
             Aov::Work => {

@@ -17,9 +17,14 @@ pub(crate) fn distance(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> f32 {
     if length < f64::from(f32::MAX) { length as f32 } else { f32::MAX }
 }
 
-/// The point that a ray sees, rounded.
-pub(crate) fn position(triangles: &Triangles<'_>, ray: &Ray, hit: &Hit) -> [f32; 3] {
-    point(triangles, ray, hit).to_array().map(|x| x as f32)
+/// The point that a ray sees, in the frame of the file, rounded.
+pub(crate) fn position(triangles: &Triangles<'_>, offset: DVec3, ray: &Ray, hit: &Hit) -> [f32; 3] {
+    in_frame_of_file(point(triangles, ray, hit), offset).to_array().map(|x| x as f32)
+}
+
+/// A place plus what was taken from the positions of its file; near the origin the place itself, −0 as well.
+pub(crate) fn in_frame_of_file(place: DVec3, offset: DVec3) -> DVec3 {
+    if offset == DVec3::ZERO { place } else { place + offset }
 }
 
 /// The point that a ray sees: the corners weighted, so that it lies on the triangle.

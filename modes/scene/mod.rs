@@ -17,6 +17,7 @@ pub use optics::Optics;
 
 use std::ops::Range;
 
+use umbel_core::glam::DVec3;
 use umbel_core::{Aabb, TriangleId, Triangles};
 
 use crate::error::Error;
@@ -63,7 +64,10 @@ pub struct Creases {
 pub struct Scene {
     /// A short name: the file's, or `builtin:NAME`.
     pub name: String,
-    /// Vertex positions, in file order.
+    /// What was taken from the positions of the file before they were rounded to f32: 0 near the origin, else a point near
+    /// the middle of the scene. Everything in the scene's frame plus this is in the file's frame.
+    pub offset: DVec3,
+    /// Vertex positions, in file order, less `offset`.
     pub positions: Vec<[f32; 3]>,
     /// Triangles in file order: indices into `positions`.
     pub triangles: Vec<[u32; 3]>,

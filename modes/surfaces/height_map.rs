@@ -11,8 +11,12 @@
 use std::path::Path;
 
 use crate::error::Error;
-use crate::files::exr::{Samples, read_exr};
+use crate::files::budget::Budget;
+use crate::files::exr::{Samples, announced, read_exr};
 use crate::files::png::read_png_gray16;
+
+/// Bytes of a texel while a map is made: its height, its range, and its share of the coarser levels, whose sum is a third.
+const TEXEL_BYTES: u64 = 4 + 8 + 4;
 
 /// Heights, of a PNG from 0 (black) to 1 (white), linear in the numbers of the file.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,10 +62,23 @@ impl HeightMap {
     /// [`Error::Input`] when there is no such file, it is cut off or neither of both, or an EXR has no such channel or a height
     /// that is not finite.
     pub fn read(path: &Path) -> Result<Self, Error> {
+        Self::read_within(path, None)
+    }
+
+    /// The same in so many bytes, or in half of what [`available_memory`](crate::files::available_memory) tells. A few bytes of a
+    /// file can stand for an image of gigabytes.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read); [`Error::Limit`] when it would take more, with what would be needed.
+    pub fn read_within(path: &Path, max_memory: Option<u64>) -> Result<Self, Error> {
+        let budget = Budget::new(max_memory);
         if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr")) {
+            // Samples as they are decoded, as they are kept, and at worst a height for every two bytes.
+            let bytes = announced(path).saturating_mul(3 + TEXEL_BYTES / 2);
+            budget.check(bytes, "the image").map_err(|problem| budget.error(problem, path))?;
             return Self::read_exr(path);
         }
-        let (width, _, levels) = read_png_gray16(path)?;
+        let (width, _, levels) = read_png_gray16(path, TEXEL_BYTES, &budget)?;
         let heights: Vec<f32> =
             levels.into_iter().map(|level| f32::from(level) / f32::from(u16::MAX)).collect();
         Ok(Self::new(width as usize, &heights))

@@ -255,7 +255,7 @@ fn options_that_cannot_be_meant() {
         ("--views views.json --camera cube", 2, "--camera"),
         ("--views views.json --cube-size 4", 2, "--cube-size"),
         ("--eye 0,nan,0", 2, "--eye"),
-        ("--eye 0,5,0 --target 0,0,0", 2, "--up"),
+        ("--eye 0,5,0 --target 0,0,0 --up 0,1,0", 2, "--up"),
         ("--max-memory 1k", 4, "--max-memory"),
         ("--views views.json --max-memory 1M", 4, "--max-memory"),
         ("-o no/such/ids.npy", 1, "no/such"),

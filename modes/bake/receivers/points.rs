@@ -23,7 +23,8 @@ const POINTS: &str = "each row is x, y, z, nx, ny, nz: numpy.save(FILE, numpy.hs
 /// How a file of ids is made.
 const IDS: &str = "one triangle for each point, or -1: numpy.save(FILE, ids.astype(\"<u4\"))";
 
-/// Reads points, and the triangles of `triangles` that they lie on. Their numbers are those of the rows.
+/// Reads points, and the triangles of `triangles` that they lie on. Their numbers are those of the rows. The points are in
+/// the frame of the scene's file; `offset` is what was taken from that, [`Scene::offset`](crate::Scene::offset).
 ///
 /// # Errors
 /// [`Error::Input`] when a file is no such array, with the first row whose position is not finite, whose normal is zero or
@@ -32,7 +33,7 @@ pub fn read_points(
     path: &Path,
     ids: Option<&Path>,
     triangles: &Triangles<'_>,
-    bias: f64,
+    (bias, offset): (f64, DVec3),
 ) -> Result<BakeReceivers, Error> {
     let (shape, numbers) = read_npy(path)?;
     let rows: &[[f64; 6]] = match shape.as_slice() {
@@ -46,7 +47,7 @@ pub fn read_points(
     let mut receivers = BakeReceivers::default();
     for (index, row) in (0_u32..).zip(rows) {
         let triangle = TriangleId(ids.as_ref().map_or(NO_TRIANGLE, |ids| ids[index as usize]));
-        let (hemisphere, normal) = receiver(*row, triangle, bias).map_err(|problem| {
+        let (hemisphere, normal) = receiver(*row, triangle, (bias, offset)).map_err(|problem| {
             refused(path, format!("row {index}, counted from 0: {problem}"), "leave it out, or mend it")
         })?;
         receivers.push(hemisphere, normal, index);
@@ -55,9 +56,13 @@ pub fn read_points(
 }
 
 /// The receiver of a row, and its unit normal; or what is wrong with it.
-fn receiver(row: [f64; 6], triangle: TriangleId, bias: f64) -> Result<(Hemisphere, [f32; 3]), String> {
+fn receiver(
+    row: [f64; 6],
+    triangle: TriangleId,
+    (bias, offset): (f64, DVec3),
+) -> Result<(Hemisphere, [f32; 3]), String> {
     let [x, y, z, nx, ny, nz] = row;
-    let (position, normal) = (DVec3::new(x, y, z), DVec3::new(nx, ny, nz));
+    let (position, normal) = (DVec3::new(x, y, z) - offset, DVec3::new(nx, ny, nz));
     let unit =
         unit(normal).ok_or_else(|| format!("the normal {nx}, {ny}, {nz} must be finite and not zero"))?;
     let to_f32 = |v: DVec3| v.to_array().map(|x| x as f32);

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use umbel::bake::{Polarity, TexelImage};
+use umbel::bake::{Polarity, TexelImage, TracedRay};
 use umbel::files::{
     Array, Channel, GrayBits, Samples, encode_png_gray, write_exr, write_npy, write_ply_mesh, write_png_gray,
 };
@@ -52,8 +52,9 @@ impl Files<'_> {
             write_npy(path, &[shape, vec![3]].concat(), Array::F32(bent.as_flattened()))?;
         }
         if let Some(path) = &self.args.dump_rays {
-            hash_numbers(hash, found.traced.as_flattened());
-            write_npy(path, &[found.traced.len(), 8], Array::F32(found.traced.as_flattened()))?;
+            let traced = in_frame_of_file(found.traced, self.scene.offset);
+            hash_numbers(hash, traced.as_flattened());
+            write_npy(path, &[traced.len(), 8], Array::F32(traced.as_flattened()))?;
         }
         Ok(())
     }
@@ -68,9 +69,14 @@ impl Files<'_> {
             (None, Source::Points(points)) => {
                 let positions: Vec<[f32; 3]> =
                     points.hemispheres.iter().map(|hemisphere| hemisphere.receiver.point).collect();
-                write_ply_mesh(path, &positions, &[], name, values)
+                write_ply_mesh(path, (&positions, &[], self.scene.offset), name, values)
             }
-            _ => write_ply_mesh(path, &self.scene.positions, &self.scene.triangles, name, values),
+            _ => write_ply_mesh(
+                path,
+                (&self.scene.positions, &self.scene.triangles, self.scene.offset),
+                name,
+                values,
+            ),
         }
     }
 
@@ -98,6 +104,18 @@ impl Files<'_> {
             None => write_plane(path, side, name, values, args.bits()),
         }
     }
+}
+
+/// Rays whose origins are where the scene's file has them.
+fn in_frame_of_file(mut rays: Vec<TracedRay>, offset: DVec3) -> Vec<TracedRay> {
+    if offset != DVec3::ZERO {
+        for ray in &mut rays {
+            for (origin, moved) in ray.iter_mut().zip(offset.to_array()) {
+                *origin = (f64::from(*origin) + moved) as f32;
+            }
+        }
+    }
+    rays
 }
 
 /// Hashes numbers, little-endian.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use umbel::formats::{GltfFile, GltfOptions, VertexTarget};
-use umbel::{Error, Scene};
+use umbel::{Error, LoadOptions, Scene};
 
 use crate::bake::args::{BakeArgs, IntoArg};
 use crate::common::Common;
@@ -36,7 +36,8 @@ impl Patched {
                 args.scene
             )));
         }
-        let options = GltfOptions { drop_non_finite: common.drop_non_finite, ..GltfOptions::default() };
+        let LoadOptions { drop_non_finite, allow_outside, max_memory } = common.load_options();
+        let options = GltfOptions { drop_non_finite, uv_set: 0, allow_outside, max_memory };
         let (file, scene) = timed(&mut times.load, || GltfFile::read(scene, &options))?;
         file.check_output(output)?;
         print_warnings(&scene, common);

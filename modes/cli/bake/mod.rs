@@ -20,9 +20,9 @@ use umbel::bake::{
     Bake, BakeOccluders, BakeOptions, Falloff, Occluders, Polarity, SampleSet, TracedRay, Weighting,
     check_uvs, rays_around,
 };
-use umbel::files::check_output;
+use umbel::files::{available_memory, check_output};
 use umbel::formats::{SurfaceOptions, SurfaceScene, load_surfaces, names_surfaces};
-use umbel::{Error, LoadOptions, Scene, load};
+use umbel::{Error, Scene, load};
 
 use crate::bake::args::{BakeArgs, OccluderArgs};
 use crate::bake::dial::{Dial, Done};
@@ -31,8 +31,7 @@ use crate::bake::gltf::Patched;
 use crate::bake::run::run;
 use crate::bake::source::{Extent, Results, Source};
 use crate::common::Common;
-use crate::memory::ROUND_BYTES;
-use crate::memory::{available_bytes, limit_memory};
+use crate::memory::{ROUND_BYTES, limit_memory};
 use crate::report::{Report, Times, timed};
 use crate::run::{load_scene, print_run, say};
 
@@ -130,7 +129,7 @@ pub(crate) fn occluders<'a>(
 ) -> Result<Occluders<'a>, Error> {
     let mut occluders = Occluders::new(scene);
     for name in args.scenes.iter().filter(|name| !args.is_on_demand(name)) {
-        occluders.add(&load(name, LoadOptions { drop_non_finite: common.drop_non_finite })?)?;
+        occluders.add(&load(name, common.load_options())?)?;
     }
     if args.ground_plane {
         occluders.add_ground(args.up.unwrap_or(DVec3::Y))?;
@@ -140,7 +139,7 @@ pub(crate) fn occluders<'a>(
 
 /// The further scenes that are surfaces on demand.
 fn surfaces(args: &OccluderArgs, common: &Common) -> Result<Vec<SurfaceScene>, Error> {
-    let load = LoadOptions { drop_non_finite: common.drop_non_finite };
+    let load = common.load_options();
     let read = |name: &String| {
         let made = if names_surfaces(name) {
             SurfaceOptions::default()
@@ -174,7 +173,7 @@ pub(crate) fn make_plan(
         + occluders.copied_bytes()
         + triangles
         + bake.map_bytes();
-    let limit = common.max_memory.or_else(available_bytes).unwrap_or(u64::MAX);
+    let limit = common.max_memory.or_else(available_memory).unwrap_or(u64::MAX);
     let left = limit.saturating_sub(fixed + 6 * scene.triangles.len() as u64);
     let left = if common.max_memory.is_some() { left } else { left.min(PIECE_BYTES) };
     let piece = extent.piece(bake, left);

@@ -97,7 +97,7 @@ impl<'a> Source<'a> {
             Target::Vertices => Self::Vertices(scene.vertex_receivers()?, scene.positions.len()),
             Target::Points(path) => {
                 let ids = args.receivers.point_ids.as_deref();
-                Self::Points(read_points(path, ids, &scene.geometry()?, args.receivers.bias)?)
+                Self::Points(read_points(path, ids, &scene.geometry()?, (args.receivers.bias, scene.offset))?)
             }
             Target::Texels(options) => Self::Texels(Atlas::new(scene, &options)?, scene.geometry()?),
         })

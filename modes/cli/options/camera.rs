@@ -121,10 +121,10 @@ impl CameraArgs {
         &self,
         bounds: &Aabb,
         view: Option<BuiltinView>,
-        film_height: Option<f64>,
+        (film_height, offset): (Option<f64>, DVec3),
     ) -> Result<Camera, Error> {
         self.view.refuse_useless_beside_cube(self.lens)?;
-        self.framing_of(bounds, view, film_height)
+        self.framing_of(bounds, view, (film_height, offset))
     }
 
     /// The camera with what was given, and what suits the scene for the rest.
@@ -133,15 +133,16 @@ impl CameraArgs {
             return Err(Error::Usage("--height goes with --camera ortho".into()));
         }
         let view = scene.name.strip_prefix("builtin:").and_then(builtin_view);
-        self.framing_of(&scene.bounds(), view, self.height)
+        self.framing_of(&scene.bounds(), view, (self.height, scene.offset))
     }
 
-    /// The camera for a box, with a curated view or none, where an ortho picture shows so many world units.
+    /// The camera for a box, with a curated view or none, where an ortho picture shows so many world units. Eye and target
+    /// are given in the file's frame, from which `offset` was taken.
     pub(crate) fn framing_of(
         &self,
         bounds: &Aabb,
         view: Option<BuiltinView>,
-        film_height: Option<f64>,
+        (film_height, offset): (Option<f64>, DVec3),
     ) -> Result<Camera, Error> {
         let (width, height) = match self.lens {
             LensArg::Cube => (self.view.cube_size.unwrap_or(1024), self.view.cube_size.unwrap_or(1024)),
@@ -161,8 +162,8 @@ impl CameraArgs {
             camera.up = DVec3::from_array(view.up);
             camera.lens = Lens::Pinhole { fov: self.view.fov.unwrap_or(view.fov_degrees) };
         }
-        camera.eye = self.eye.unwrap_or(camera.eye);
-        camera.target = self.view.target.unwrap_or(camera.target);
+        camera.eye = self.eye.map_or(camera.eye, |eye| eye - offset);
+        camera.target = self.view.target.map_or(camera.target, |target| target - offset);
         let is_framed = self.eye.is_none() && self.view.target.is_none();
         let default_up = if is_framed { camera.up } else { Camera::default_up(camera.target - camera.eye) };
         camera.up = self.view.up.unwrap_or(default_up);

@@ -27,21 +27,22 @@ impl LightArgs {
         self.points.is_empty() && self.suns.is_empty()
     }
 
-    /// The lights: points first, each kind in the order of the command line.
-    pub(crate) fn lights(&self) -> Result<Vec<Origin>, Error> {
+    /// The lights: points first, each kind in the order of the command line. They are given in the file's frame, from
+    /// which `offset` was taken.
+    pub(crate) fn lights(&self, offset: DVec3) -> Result<Vec<Origin>, Error> {
         let checked = |option: &str, given: &DVec3, light: Origin| {
             let DVec3 { x, y, z } = *given;
             let refused = |error| Error::Usage(format!("{option} {x},{y},{z}: {error}"));
             Pencil::new(light, Vec::new()).map(|_| light).map_err(refused)
         };
-        let points = self.points.iter().map(|given| checked("--light", given, point_light(*given)));
+        let points = self.points.iter().map(|given| checked("--light", given, point_light(*given - offset)));
         let suns = self.suns.iter().map(|given| checked("--sun", given, sun_light(*given)));
         points.chain(suns).collect()
     }
 
     /// The lights for shadows: of one kind, and at least one, if need be that of a built-in scene.
     pub(crate) fn shadow_lights(&self, scene: &Scene) -> Result<Vec<Origin>, Error> {
-        let lights = self.lights()?;
+        let lights = self.lights(scene.offset)?;
         if !lights.is_empty() {
             return Ok(lights);
         }

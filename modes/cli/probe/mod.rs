@@ -6,7 +6,7 @@ use std::path::Path;
 
 use umbel::formats::{Pattern, read_pattern};
 use umbel::render::Look;
-use umbel::{Error, Scene};
+use umbel::{Camera, Error, Scene};
 
 use crate::common::Common;
 use crate::memory::{PIXEL_BYTES, SCATTERED_BYTES, limit_memory};
@@ -37,10 +37,11 @@ pub(crate) fn probe(args: &ProbeArgs, common: &Common) -> Result<(), Error> {
 fn sight(args: &ProbeArgs, scene: &Scene, common: &Common) -> Result<Sight, Error> {
     if let Some(PatternArg::File(path)) = &args.pattern {
         check_pattern_memory(path, scene, common)?;
-        let Pattern { shot, shape } = read_pattern(path, args.center)?;
+        let Pattern { shot, shape } = read_pattern(path, args.center - scene.offset)?;
         return Ok(Sight { shot, shape, camera: None });
     }
     let camera = args.camera()?;
+    let camera = Camera { eye: camera.eye - scene.offset, target: camera.target - scene.offset, ..camera };
     check_memory(scene, &camera, common)?;
     Sight::of_camera(&camera)
 }

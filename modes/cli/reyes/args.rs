@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use glam::DVec3;
 use umbel::engine::Dicing;
 use umbel::formats::SurfaceOptions;
 use umbel::render::SurfaceLook;
@@ -123,9 +124,9 @@ impl ReyesArgs {
     }
 
     /// How the preview is made.
-    pub(crate) fn look(&self) -> Result<SurfaceLook, Error> {
+    pub(crate) fn look(&self, offset: DVec3) -> Result<SurfaceLook, Error> {
         let jitter = self.jitter.then(|| self.seed.unwrap_or(0));
-        Ok(SurfaceLook { samples: self.picture.samples, jitter, lights: self.lights.lights()? })
+        Ok(SurfaceLook { samples: self.picture.samples, jitter, lights: self.lights.lights(offset)? })
     }
 }
 
@@ -176,9 +177,10 @@ impl MadeArgs {
     /// What is made of a mesh; reads its map. `height` is that of the displacement.
     pub(crate) fn options(&self, load: LoadOptions, height: Option<f64>) -> Result<SurfaceOptions, Error> {
         let displacement = match (&self.displace, height) {
-            (Some(ReliefArg::Map(path)), Some(height)) => {
-                Displacement { relief: Relief::Map(HeightMap::read(Path::new(path))?), height }
-            }
+            (Some(ReliefArg::Map(path)), Some(height)) => Displacement {
+                relief: Relief::Map(HeightMap::read_within(Path::new(path), load.max_memory)?),
+                height,
+            },
             (Some(ReliefArg::Noise(noise)), Some(height)) => {
                 Displacement { relief: Relief::Noise(*noise), height }
             }

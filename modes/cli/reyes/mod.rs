@@ -2,9 +2,10 @@
 
 pub(crate) mod args;
 
+use glam::DVec3;
 use umbel::formats::{SurfaceScene, load_surfaces, surface_view};
 use umbel::render::{Look, surface_preview, surface_visibility};
-use umbel::{Camera, Error, LoadOptions, Scene};
+use umbel::{Camera, Error, Scene};
 
 use crate::common::Common;
 use crate::memory::{CORNERS_BYTES, SURFACE_PIXEL_BYTES};
@@ -17,7 +18,7 @@ use crate::run::{print_run, progress, say};
 impl ReyesArgs {
     /// Reads the scene, and says what was noticed.
     pub(crate) fn load(&self, common: &Common) -> Result<SurfaceScene, Error> {
-        let load = LoadOptions { drop_non_finite: common.drop_non_finite };
+        let load = common.load_options();
         let scene = load_surfaces(&self.scene, self.surfaces.made.options(load, self.camera.height)?)?;
         say(&scene.warnings, common);
         Ok(scene)
@@ -26,18 +27,21 @@ impl ReyesArgs {
     /// The camera that was asked for; of a built-in scene its curated view, of others one that frames them.
     pub(crate) fn framing(&self, scene: &SurfaceScene) -> Result<Camera, Error> {
         let view = self.scene.strip_prefix("builtin:").and_then(surface_view);
-        self.camera.framing_of(&scene.bounds(), view, self.surfaces.film_height(&self.camera))
+        self.camera.framing_of(&scene.bounds(), view, (self.surfaces.film_height(&self.camera), scene.offset))
     }
 }
 
 /// `umbel reyes`.
 pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
     args.check()?;
-    let (output, look) = (args.picture.checked_output()?, args.look()?);
+    let output = args.picture.checked_output()?;
+    // Wrong options are refused before anything is read.
+    args.look(DVec3::ZERO)?;
     let mut times = Times::default();
     let scene = timed(&mut times.load, || args.load(common))?;
+    let look = args.look(scene.offset)?;
     let camera = args.framing(&scene)?;
-    let named = Scene { name: scene.name.clone(), ..Scene::default() };
+    let named = Scene { name: scene.name.clone(), offset: scene.offset, ..Scene::default() };
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
     let lit = look.lights.len() as u64 * (SHADOW_BYTES + 1)
         + if look.lights.is_empty() { 0 } else { CORNERS_BYTES };

@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use serde_json::{Map, Value};
 use umbel::engine::{Dicing, closest_hit_on_demand};
+use umbel::files::available_memory;
 use umbel::render::surface_visibility;
 use umbel::scene::Shot;
 use umbel::shadow::{
@@ -22,7 +23,7 @@ use crate::common::Common;
 use crate::file_names::FileNames;
 use crate::memory::{CORNERS_BYTES, SURFACE_PIXEL_BYTES};
 use crate::memory::{MAP_TEXEL_BYTES, MASK_PIXEL_BYTES};
-use crate::memory::{SCATTERED_BYTES, SHADOW_BYTES, available_bytes, limit_memory};
+use crate::memory::{SCATTERED_BYTES, SHADOW_BYTES, limit_memory};
 use crate::options::dial::Goal;
 use crate::report::{Report, Times, timed};
 use crate::run::{print, print_run, progress};
@@ -96,7 +97,10 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
     let casters = Casters { triangles: &triangles, surfaces: &surfaces, dicing };
     let visible = scene.mesh.geometry()?;
     let (stats, hash) = (Stats::default(), blake3::Hasher::new());
-    let more = Map::from_iter([("lights".to_owned(), lights.iter().copied().map(light_json).collect())]);
+    let more = Map::from_iter([(
+        "lights".to_owned(),
+        lights.iter().map(|&light| light_json(light, scene.mesh.offset)).collect(),
+    )]);
     let (scene, map_size) = (&scene, args.map_size());
     let mut run = Run {
         args,
@@ -126,7 +130,7 @@ impl Run<'_> {
     /// Has the dial choose the size of the lights' maps.
     fn choose(&mut self, goal: Goal, camera: &Camera, start: Instant) -> Result<(), Error> {
         let seen = self.seen(camera, 0, 1)?;
-        let limit = self.common.max_memory.or_else(available_bytes).unwrap_or(u64::MAX);
+        let limit = self.common.max_memory.or_else(available_memory).unwrap_or(u64::MAX);
         let texel = 6 * (MAP_TEXEL_BYTES + 4 * self.lights.len() as u64);
         let left =
             limit.saturating_sub(u64::from(camera.width) * u64::from(camera.rows()) * MASK_PIXEL_BYTES);
@@ -270,9 +274,10 @@ impl Run<'_> {
         let (mut rows, mut text) = (Vec::new(), String::new());
         for (index, (&light, shadowed)) in self.lights.iter().zip(&shadowed).enumerate() {
             let Origin::Point(point) = light else { continue };
+            let place = point + self.scene.mesh.offset;
             let reached = shadowed.iter().filter(|&&shadowed| !shadowed).count();
             text += &format!(
-                "light {index} at {point}: {surfaces} receivers, {reached} lit\n{:>10} {:>19} {:>19} {:>12} {:>12}\n",
+                "light {index} at {place}: {surfaces} receivers, {reached} lit\n{:>10} {:>19} {:>19} {:>12} {:>12}\n",
                 "cube size", "acne", "leaks", "median bias", "largest bias"
             );
             for &size in sizes {

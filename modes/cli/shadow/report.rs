@@ -1,5 +1,6 @@
 //! What the report of `umbel shadow` has of lights, maps and their errors.
 
+use glam::DVec3;
 use serde_json::{Value, json};
 use umbel::engine::Film;
 use umbel::shadow::{MapErrors, face_matrices};
@@ -38,10 +39,10 @@ pub(crate) fn is_sun(light: Origin) -> bool {
     matches!(light, Origin::Infinity(_))
 }
 
-/// A light in the report.
-pub(crate) fn light_json(light: Origin) -> Value {
+/// A light in the report, in the frame of the scene's file, from which `offset` was taken.
+pub(crate) fn light_json(light: Origin, offset: DVec3) -> Value {
     match light {
-        Origin::Point(point) => json!({ "point": point.to_array() }),
+        Origin::Point(point) => json!({ "point": (point + offset).to_array() }),
         Origin::Infinity(direction) => json!({ "toward": (-direction).to_array() }),
     }
 }

@@ -4,7 +4,7 @@ use umbel::bake::Occluders;
 use umbel::builtin::builtin_view;
 use umbel::engine::Aabb;
 use umbel::formats::{SurfaceScene, load_surfaces, names_surfaces, surface_view};
-use umbel::{Camera, Error, LoadOptions, Scene, load};
+use umbel::{Camera, Error, Scene, load};
 
 use crate::common::Common;
 use crate::report::{Times, timed};
@@ -24,13 +24,14 @@ pub(crate) struct ShadowScene {
 impl ShadowScene {
     /// Reads everything that was named.
     pub(crate) fn load(args: &ShadowArgs, common: &Common, times: &mut Times) -> Result<Self, Error> {
-        let options = LoadOptions { drop_non_finite: common.drop_non_finite };
+        let options = common.load_options();
         let of_mesh = args.surfaces.made.options(options, args.camera.height)?;
         let (mut mesh, mut surface) = (Scene::default(), None);
         if args.is_of_surface() {
             let found = timed(&mut times.load, || load_surfaces(&args.scene, of_mesh))?;
             say(&found.warnings, common);
             mesh.name.clone_from(&found.name);
+            mesh.offset = found.offset;
             surface = Some(found);
         } else {
             mesh = load_scene(&args.scene, common, times)?;
@@ -75,6 +76,6 @@ impl ShadowScene {
         let height = args.surfaces.film_height(&args.camera);
         let rule = self.mesh.name.strip_prefix("builtin:");
         let view = rule.and_then(if self.surface.is_some() { surface_view } else { builtin_view });
-        args.camera.framing_beside_cube(&self.seen_bounds(), view, height)
+        args.camera.framing_beside_cube(&self.seen_bounds(), view, (height, self.mesh.offset))
     }
 }

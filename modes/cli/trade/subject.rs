@@ -93,7 +93,7 @@ impl Subject<'_> {
 
 /// Pixels: ids, t, and the linear preview.
 fn render(scene: &Scene, args: &RenderArgs, common: &Common) -> Result<Answer, Error> {
-    let (camera, lights) = (args.camera.camera(scene)?, args.lights.lights()?);
+    let (camera, lights) = (args.camera.camera(scene)?, args.lights.lights(scene.offset)?);
     let (shot, triangles) = (camera.shot()?, scene.geometry()?);
     let (options, samples) = (common.options(), args.picture.samples);
     let pixels = camera.width as usize * camera.rows() as usize;
@@ -112,7 +112,7 @@ fn render(scene: &Scene, args: &RenderArgs, common: &Common) -> Result<Answer, E
 fn reyes(scene: &SurfaceScene, args: &ReyesArgs, common: &Common) -> Result<Answer, Error> {
     let camera = args.framing(scene)?;
     let shot = camera.shot()?;
-    let (options, dicing, look) = (common.options(), args.dicing(), args.look()?);
+    let (options, dicing, look) = (common.options(), args.dicing(), args.look(scene.offset)?);
     let mut milliseconds = 0.0;
     let (buffer, values) = timed(&mut milliseconds, || -> Result<_, Error> {
         let (buffer, _) = surface_visibility(scene, shot, camera.pixels(), &dicing, &options)?;

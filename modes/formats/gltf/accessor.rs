@@ -7,6 +7,9 @@
 //! Based on: Khronos Group, "glTF 2.0 Specification", version 2.0.1, 2021, section 3.6.2 "Accessors"; extension
 //! KHR_mesh_quantization, 2019.
 
+use std::collections::HashSet;
+use std::sync::Arc;
+
 use crate::error::Problem;
 use crate::formats::gltf::document::{Accessor, Document, Sparse, broken, named};
 use crate::formats::gltf::extensions::compressed;
@@ -14,14 +17,24 @@ use crate::formats::gltf::extensions::compressed;
 /// An accessor without data is all zeros. It may have this many elements, or as many as the buffers have bytes.
 const MOST_ZEROS: usize = 1 << 16;
 
-/// The names of the accessor types, by their number of components.
-const KINDS: [&str; 4] = ["SCALAR", "VEC2", "VEC3", "VEC4"];
+/// The name of the accessor type with so many components, among those that are read.
+fn kind_of(components: usize) -> &'static str {
+    match components {
+        1 => "SCALAR",
+        2 => "VEC2",
+        3 => "VEC3",
+        4 => "VEC4",
+        _ => "MAT4",
+    }
+}
 
 /// A document together with the bytes of its buffers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Data<'a> {
     pub(crate) document: &'a Document,
-    pub(crate) buffers: &'a [Option<Vec<u8>>],
+    buffers: &'a [Option<Arc<Vec<u8>>>],
+    /// The bytes of all of them, those that are shared counted once.
+    bytes: usize,
 }
 
 /// How a component is stored.
@@ -58,6 +71,28 @@ fn word<const N: usize>(bytes: &[u8]) -> [u8; N] {
 }
 
 impl<'a> Data<'a> {
+    pub(crate) fn new(document: &'a Document, buffers: &'a [Option<Arc<Vec<u8>>>]) -> Self {
+        let mut seen = HashSet::new();
+        let distinct = buffers.iter().flatten().filter(|bytes| seen.insert(Arc::as_ptr(bytes)));
+        Self { document, buffers, bytes: distinct.map(|bytes| bytes.len()).sum() }
+    }
+
+    /// How many elements an accessor has, checked against its bytes without reading them.
+    pub(crate) fn count(&self, index: usize, of: &str) -> Result<usize, Problem> {
+        let accessor = named(&self.document.accessors, index, "accessors", of)?;
+        let place = format!("accessors[{index}]");
+        match accessor.buffer_view {
+            Some(view) => {
+                let component = Component::of(accessor.component_type, accessor.normalized, &place)?;
+                let components = [1, 2, 3, 4, 16].into_iter().find(|&n| kind_of(n) == accessor.kind);
+                let layout = (accessor.byte_offset, accessor.count, components.unwrap_or(1) * component.size);
+                drop(self.strided(view, layout, &place)?);
+            }
+            None => self.check_zeros(accessor.count, &place)?,
+        }
+        Ok(accessor.count)
+    }
+
     /// The elements of an accessor with N components, in f64: exact but for the division of normalized integers.
     pub(crate) fn vectors<const N: usize>(&self, index: usize, of: &str) -> Result<Vec<[f64; N]>, Problem> {
         let accessor = self.accessor::<N>(index, of)?;
@@ -68,7 +103,10 @@ impl<'a> Data<'a> {
                 let layout = (accessor.byte_offset, accessor.count, N * component.size);
                 self.strided(view, layout, &place)?.map(|bytes| element(bytes, &component)).collect()
             }
-            None => self.zeros(accessor.count, &place)?,
+            None => {
+                self.check_zeros(accessor.count, &place)?;
+                vec![[0.0; N]; accessor.count]
+            }
         };
         if let Some(sparse) = &accessor.sparse {
             self.replace(&mut elements, sparse, &component, &place)?;
@@ -76,16 +114,28 @@ impl<'a> Data<'a> {
         Ok(elements)
     }
 
+    /// How many indices an accessor has, checked like [`count`](Self::count).
+    pub(crate) fn index_count(&self, index: usize, of: &str) -> Result<usize, Problem> {
+        self.check_indices(index, of)?;
+        self.count(index, of)
+    }
+
     /// The elements of an accessor of indices.
     pub(crate) fn indices(&self, index: usize, of: &str) -> Result<Vec<u32>, Problem> {
+        self.check_indices(index, of)?;
+        // Exact: they were u32 or less.
+        Ok(self.vectors::<1>(index, of)?.into_iter().map(|[value]| value as u32).collect())
+    }
+
+    /// Refuses an accessor that holds anything but indices.
+    fn check_indices(&self, index: usize, of: &str) -> Result<(), Problem> {
         let accessor = self.accessor::<1>(index, of)?;
         if !is_unsigned(accessor.component_type) || accessor.normalized {
             return Err(broken(format!(
                 "accessors[{index}] holds the indices of {of}, but not unsigned integers"
             )));
         }
-        // Exact: they were u32 or less.
-        Ok(self.vectors::<1>(index, of)?.into_iter().map(|[value]| value as u32).collect())
+        Ok(())
     }
 
     /// Whether an accessor has bytes of its own.
@@ -96,7 +146,7 @@ impl<'a> Data<'a> {
 
     fn accessor<const N: usize>(&self, index: usize, of: &str) -> Result<&'a Accessor, Problem> {
         let accessor = named(&self.document.accessors, index, "accessors", of)?;
-        let expected = KINDS[N - 1];
+        let expected = kind_of(N);
         if accessor.kind != expected {
             let kind = &accessor.kind;
             return Err(broken(format!("accessors[{index}] is {kind}, but {of} needs {expected}")));
@@ -104,12 +154,12 @@ impl<'a> Data<'a> {
         Ok(accessor)
     }
 
-    fn zeros<const N: usize>(&self, count: usize, place: &str) -> Result<Vec<[f64; N]>, Problem> {
-        let bytes: usize = self.buffers.iter().flatten().map(Vec::len).sum();
-        if count > bytes.max(MOST_ZEROS) {
+    /// Refuses an accessor without data that has too many elements.
+    fn check_zeros(&self, count: usize, place: &str) -> Result<(), Problem> {
+        if count > self.bytes.max(MOST_ZEROS) {
             return Err(broken(format!("{place} has {count} elements without data")));
         }
-        Ok(vec![[0.0; N]; count])
+        Ok(())
     }
 
     fn replace<const N: usize>(

@@ -4,8 +4,7 @@
 //! Masinter, "The data URL scheme", RFC 2397, 1998.
 
 use std::borrow::Cow;
-use std::fs;
-use std::path::Path;
+use std::sync::Arc;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig, STANDARD};
@@ -13,7 +12,9 @@ use base64::{alphabet, engine::DecodePaddingMode};
 use percent_encoding::percent_decode_str;
 
 use crate::error::Problem;
+use crate::files::budget::Budget;
 use crate::formats::gltf::document::{Buffer, broken};
+use crate::formats::neighbours::{Missing, Neighbours};
 
 /// Takes base64 with and without its padding.
 const LENIENT: GeneralPurpose = GeneralPurpose::new(
@@ -28,14 +29,15 @@ const BUFFER_URI: &str = "data:application/octet-stream;base64,";
 /// `bin` is the chunk of the GLB, which is the first buffer if that has no URI.
 pub(crate) fn load(
     buffers: &[Buffer],
-    folder: &Path,
+    neighbours: &mut Neighbours<'_>,
     mut bin: Option<Vec<u8>>,
-) -> Result<Vec<Option<Vec<u8>>>, Problem> {
+    budget: &Budget,
+) -> Result<Vec<Option<Arc<Vec<u8>>>>, Problem> {
     let mut loaded = Vec::with_capacity(buffers.len());
     for (index, buffer) in buffers.iter().enumerate() {
         let bytes = match &buffer.uri {
-            Some(uri) => Some(fetch(uri, folder, index)?),
-            None if index == 0 => bin.take(),
+            Some(uri) => Some(fetch(uri, neighbours, (index, budget))?),
+            None if index == 0 => bin.take().map(Arc::new),
             None => None,
         };
         if let Some(bytes) = bytes.as_ref().filter(|bytes| bytes.len() < buffer.byte_length) {
@@ -51,26 +53,35 @@ pub(crate) fn load(
 }
 
 /// The bytes that a URI stands for.
-fn fetch(uri: &str, folder: &Path, index: usize) -> Result<Vec<u8>, Problem> {
+fn fetch(
+    uri: &str,
+    neighbours: &mut Neighbours<'_>,
+    (index, budget): (usize, &Budget),
+) -> Result<Arc<Vec<u8>>, Problem> {
     if let Some(data) = data_in(uri) {
-        return decode(data).map_err(|what| broken(format!("the data URI of buffers[{index}] {what}")));
+        budget.take(data.len() as u64, "the data URIs")?;
+        let bytes = decode(data);
+        return bytes
+            .map(Arc::new)
+            .map_err(|what| broken(format!("the data URI of buffers[{index}] {what}")));
     }
+    let refused = |what: String, remedy: &'static str| Problem { line: None, what, remedy };
     let Some(name) = file_name(uri) else {
-        let what = format!("buffers[{index}] lies at {uri}, which is not a file beside this one");
-        let remedy = "Download it, and name the local file in the glTF file.";
-        return Err(Problem { line: None, what, remedy });
+        return Err(refused(
+            format!("buffers[{index}] lies at {uri}, which is not a file beside this one"),
+            "Download it, and name the local file in the glTF file.",
+        ));
     };
-    let path = folder.join(&name);
-    // Devices and pipes may never end.
-    let bytes = match fs::metadata(&path) {
-        Ok(metadata) if !metadata.is_file() => Err("not a file".to_owned()),
-        Ok(_) => fs::read(&path).map_err(|error| error.to_string()),
-        Err(error) => Err(error.to_string()),
-    };
-    bytes.map_err(|error| Problem {
-        line: None,
-        what: format!("buffers[{index}] is in {}, which cannot be read: {error}", path.display()),
-        remedy: "Put that file where the glTF file expects it; a .gltf is copied together with what it names.",
+    neighbours.fetch(&name).map(|(_, bytes)| bytes).map_err(|missing| match missing {
+        Missing::Outside => refused(
+            format!("buffers[{index}] names {uri}, which lies outside of the file's folder"),
+            "Copy it beside the glTF file and correct the name, or, if you trust the file, allow it: GltfOptions::allow_outside.",
+        ),
+        Missing::Unreadable(error) => refused(
+            format!("buffers[{index}] is in {}, which cannot be read: {error}", neighbours.shown(&name)),
+            "Put that file where the glTF file expects it; a .gltf is copied together with what it names.",
+        ),
+        Missing::TooLarge(problem) => problem,
     })
 }
 

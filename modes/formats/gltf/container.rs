@@ -12,6 +12,8 @@ use serde_json::Value;
 use crate::error::Problem;
 use crate::formats::gltf::document::{EXPORT_AGAIN, broken};
 
+/// Bytes of a value of JSON with its key, in maps that keep the order of the file.
+const VALUE_BYTES: u64 = 120;
 const MAGIC: &[u8] = b"glTF";
 const JSON: [u8; 4] = *b"JSON";
 const BIN: [u8; 4] = *b"BIN\0";
@@ -28,6 +30,24 @@ pub(crate) struct Container {
     pub(crate) bin: Option<Vec<u8>>,
     /// Further chunks of a GLB, headers included.
     pub(crate) tail: Vec<u8>,
+}
+
+/// The most memory that the parts of a file take: itself, and its JSON as values. Each value but the last of a list or an
+/// object is followed by a comma, outside of strings and in them.
+pub(crate) fn forecast(bytes: &[u8]) -> u64 {
+    let text = match take_json(bytes) {
+        Some(text) => text,
+        None => bytes,
+    };
+    let values = text.iter().filter(|&&byte| matches!(byte, b',' | b'{' | b'[')).count() as u64;
+    (bytes.len() as u64).saturating_add(values.saturating_mul(VALUE_BYTES))
+}
+
+/// The JSON of a GLB, as far as it is there.
+fn take_json(bytes: &[u8]) -> Option<&[u8]> {
+    let length = u32_at(bytes.strip_prefix(MAGIC)?, 8)? as usize;
+    let text = bytes.get(20..)?;
+    Some(&text[..length.min(text.len())])
 }
 
 /// Takes the bytes of a file apart. They themselves tell which of the two containers they are.

@@ -104,8 +104,18 @@ pub(crate) struct Node {
     /// x, y, z, w.
     pub(crate) rotation: Option<[f64; 4]>,
     pub(crate) scale: Option<[f64; 3]>,
+    /// Of the morph targets, instead of the mesh's.
+    pub(crate) weights: Option<Vec<f64>>,
     #[serde(default)]
     pub(crate) extensions: Map<String, Value>,
+}
+
+/// What moves the vertices of a mesh.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Skin {
+    pub(crate) joints: Vec<usize>,
+    pub(crate) inverse_bind_matrices: Option<usize>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -113,6 +123,9 @@ pub(crate) struct Mesh {
     #[serde(default)]
     pub(crate) name: String,
     pub(crate) primitives: Vec<Primitive>,
+    /// Of the morph targets.
+    #[serde(default)]
+    pub(crate) weights: Vec<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -123,7 +136,7 @@ pub(crate) struct Primitive {
     #[serde(default = "triangles")]
     pub(crate) mode: u32,
     #[serde(default)]
-    pub(crate) targets: Vec<Value>,
+    pub(crate) targets: Vec<BTreeMap<String, usize>>,
     #[serde(default)]
     pub(crate) extensions: Map<String, Value>,
 }
@@ -200,6 +213,7 @@ pub(crate) struct Document {
     pub(crate) scenes: Vec<Roots>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) meshes: Vec<Mesh>,
+    pub(crate) skins: Vec<Skin>,
     pub(crate) materials: Vec<Surface>,
     pub(crate) accessors: Vec<Accessor>,
     pub(crate) views: Vec<BufferView>,
@@ -216,6 +230,7 @@ impl Document {
             scenes: list(json, "scenes")?,
             nodes: list(json, "nodes")?,
             meshes: list(json, "meshes")?,
+            skins: list(json, "skins")?,
             materials: list(json, "materials")?,
             accessors: list(json, "accessors")?,
             views: list(json, "bufferViews")?,

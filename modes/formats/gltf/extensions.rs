@@ -10,7 +10,9 @@ use serde_json::Value;
 use crate::error::Problem;
 
 /// Required, and without effect on triangles, or understood.
-const HARMLESS: [&str; 10] = [
+const HARMLESS: [&str; 11] = [
+    // Understood by the nodes.
+    "EXT_mesh_gpu_instancing",
     "EXT_texture_avif",
     "EXT_texture_webp",
     "KHR_animation_pointer",

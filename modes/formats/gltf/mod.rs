@@ -18,23 +18,30 @@ pub(crate) mod buffers;
 pub(crate) mod container;
 pub(crate) mod document;
 pub(crate) mod extensions;
+pub(crate) mod instancing;
 pub(crate) mod nodes;
 pub(crate) mod optics;
 pub mod options;
+pub(crate) mod plan;
+pub(crate) mod pose;
 pub(crate) mod scene;
+pub(crate) mod tally;
 pub mod write;
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde_json::Value;
 
-use crate::error::Error;
-use crate::error::Problem;
+use crate::error::{Error, Problem};
+use crate::files::budget::Budget;
 use crate::formats::gltf::accessor::Data;
 use crate::formats::gltf::container::{Container, open};
 use crate::formats::gltf::document::Document;
 use crate::formats::gltf::options::{GltfOptions, GltfOrigin};
+use crate::formats::load::{SceneFormat, read_scene_file, stem};
+use crate::formats::neighbours::{Neighbours, Resolver};
+use crate::formats::offset;
 use crate::scene::Scene;
 
 /// A glTF or GLB file in memory, with all that it holds.
@@ -47,7 +54,7 @@ pub struct GltfFile {
     pub(crate) is_glb: bool,
     pub(crate) json: Value,
     /// The bytes of the buffers, as far as the file or its neighbours have them.
-    pub(crate) buffers: Vec<Option<Vec<u8>>>,
+    pub(crate) buffers: Vec<Option<Arc<Vec<u8>>>>,
     /// Whether the first of them is the BIN chunk.
     pub(crate) bin_is_first: bool,
     /// A BIN chunk that no buffer names.
@@ -64,33 +71,64 @@ impl GltfFile {
     ///
     /// The scene has one position for each vertex of each instance of a mesh, in the world; one object for each primitive
     /// of each instance, named like its node or else its mesh; and all materials of the file, in its order. Triangles, strips
-    /// and fans are read, with or without indices, also sparse and quantized (`KHR_mesh_quantization`). Skins stand in
-    /// their bind pose, morph targets at weight 0. What is left out is noted in [`Scene::warnings`].
+    /// and fans are read, with or without indices, also sparse and quantized (`KHR_mesh_quantization`). Skinned meshes stand
+    /// where their joints stand in the file, morph targets at their default weights, and meshes of nodes with
+    /// `EXT_mesh_gpu_instancing` at each of their places; animations are not played. What is left out is noted in
+    /// [`Scene::warnings`].
     ///
     /// # Errors
     /// [`Error::Input`], with the place in the file, for what is not glTF 2.0, is cut off or contradicts itself, names files
-    /// that cannot be read, requires an extension that is not known (compressed meshes are refused by name), and for
-    /// positions that are not finite unless [`GltfOptions::drop_non_finite`] is set.
+    /// that cannot be read or lie outside of its folder ([`GltfOptions::allow_outside`]), requires an extension that is not
+    /// known (compressed meshes are refused by name), and for positions that are not finite unless
+    /// [`GltfOptions::drop_non_finite`] is set. [`Error::Limit`] when it would take more than [`GltfOptions::max_memory`].
     pub fn read(path: &Path, options: &GltfOptions) -> Result<(Self, Scene), Error> {
-        Self::try_read(path, options).map_err(|problem| problem.at(path))
+        let budget = Budget::new(options.max_memory);
+        let mut neighbours = Neighbours::of(path, options.allow_outside, &budget);
+        let bytes = read_scene_file(path, &budget, SceneFormat::Gltf);
+        bytes
+            .and_then(|bytes| Self::try_read((path, &bytes), options, &mut neighbours, &budget))
+            .map_err(|problem| budget.error(problem, path))
     }
 
-    fn try_read(path: &Path, options: &GltfOptions) -> Result<(Self, Scene), Problem> {
-        let bytes = fs::read(path).map_err(|error| Problem {
-            line: None,
-            what: format!("cannot be read: {error}"),
-            remedy: "Give the path of a glTF file that exists and that you may read.",
-        })?;
-        let Container { is_glb, json, mut bin, tail } = open(&bytes)?;
-        drop(bytes);
+    /// The same for a file in memory: the bytes of a .gltf or a .glb. `name` stands for its path in messages and gives the
+    /// scene its name; `resolver` gives the bytes of the buffers that it names.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read); what the resolver does not give is refused as a file that cannot be read.
+    pub fn from_bytes(
+        name: &str,
+        bytes: &[u8],
+        options: &GltfOptions,
+        resolver: &mut Resolver<'_>,
+    ) -> Result<(Self, Scene), Error> {
+        let budget = Budget::new(options.max_memory);
+        let mut neighbours = Neighbours::given(resolver, &budget);
+        Self::try_read((Path::new(name), bytes), options, &mut neighbours, &budget)
+            .map_err(|problem| budget.error(problem, Path::new(name)))
+    }
+
+    fn try_read(
+        (path, bytes): (&Path, &[u8]),
+        options: &GltfOptions,
+        neighbours: &mut Neighbours<'_>,
+        budget: &Budget,
+    ) -> Result<(Self, Scene), Problem> {
+        budget.take(container::forecast(bytes), "its JSON")?;
+        let Container { is_glb, json, mut bin, tail } = open(bytes)?;
         extensions::check_required(&json)?;
         let document = Document::of(&json)?;
         let bin_is_first = bin.is_some() && document.buffers.first().is_some_and(|first| first.uri.is_none());
         let spare_bin = if bin_is_first { None } else { bin.take() };
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let buffers = buffers::load(&document.buffers, folder, bin)?;
-        let (mut scene, origins) = scene::build(Data { document: &document, buffers: &buffers }, options)?;
-        scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let buffers = buffers::load(&document.buffers, neighbours, bin, budget)?;
+        let data = (Data::new(&document, &buffers), options);
+        let mut built = scene::build(data, budget, false)?;
+        if offset::is_in_doubt(&built.scene) {
+            drop(built);
+            built = scene::build(data, budget, true)?;
+            offset::settle(&mut built.scene, &built.wide);
+        }
+        let scene::Built { mut scene, origins, .. } = built;
+        scene.name = stem(path);
         let file = Self {
             path: path.to_owned(),
             is_glb,

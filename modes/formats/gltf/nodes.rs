@@ -9,6 +9,7 @@ use umbel_core::glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use crate::error::Problem;
 use crate::formats::gltf::document::{Document, Node, broken, named};
+use crate::formats::gltf::pose::affine;
 
 /// A mesh at its place in the world.
 #[derive(Debug)]
@@ -44,6 +45,21 @@ pub(crate) fn instances(document: &Document) -> Result<Vec<Instance>, Problem> {
     Ok(found)
 }
 
+/// Where every node of the file stands, in the scene or not: joints may lie outside of it. `None` for those that no root
+/// reaches, which are their own ancestors.
+pub(crate) fn places(document: &Document) -> Vec<Option<DAffine3>> {
+    let mut places = vec![None; document.nodes.len()];
+    let roots = parentless(document).into_iter().rev();
+    let mut waiting: Vec<(usize, DAffine3)> = roots.map(|root| (root, DAffine3::IDENTITY)).collect();
+    while let Some((index, parent)) = waiting.pop() {
+        let Some(node) = document.nodes.get(index).filter(|_| places[index].is_none()) else { continue };
+        let to_world = parent * local(node);
+        places[index] = Some(to_world);
+        waiting.extend(node.children.iter().rev().map(|&child| (child, to_world)));
+    }
+    places
+}
+
 /// The nodes that are nobody's child.
 fn parentless(document: &Document) -> Vec<usize> {
     let mut is_child = vec![false; document.nodes.len()];
@@ -57,16 +73,21 @@ fn parentless(document: &Document) -> Vec<usize> {
 
 /// From a node's space to its parent's.
 fn local(node: &Node) -> DAffine3 {
-    if let Some(m) = node.matrix {
-        let column = |k: usize| DVec3::new(m[4 * k], m[4 * k + 1], m[4 * k + 2]);
-        return DAffine3 {
-            matrix3: DMat3::from_cols(column(0), column(1), column(2)),
-            translation: column(3),
-        };
+    if let Some(matrix) = &node.matrix {
+        return affine(matrix);
     }
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
-    let scale = node.scale.map_or(DVec3::ONE, DVec3::from_array);
-    let translation = node.translation.map_or(DVec3::ZERO, DVec3::from_array);
+    combine(node.translation, node.rotation, node.scale)
+}
+
+/// Translation · rotation (x, y, z, w) · scale.
+pub(crate) fn combine(
+    translation: Option<[f64; 3]>,
+    rotation: Option<[f64; 4]>,
+    scale: Option<[f64; 3]>,
+) -> DAffine3 {
+    let rotation = rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
+    let scale = scale.map_or(DVec3::ONE, DVec3::from_array);
+    let translation = translation.map_or(DVec3::ZERO, DVec3::from_array);
     // Not `from_scale_rotation_translation`: it may assert that the quaternion has length 1, which text rounds.
     let matrix3 = rotate(rotation) * DMat3::from_diagonal(scale);
     DAffine3 { matrix3, translation }

@@ -10,6 +10,12 @@ pub struct GltfOptions {
     pub drop_non_finite: bool,
     /// The set of texture coordinates: n of `TEXCOORD_n`. An occlusion texture will name it, too.
     pub uv_set: u32,
+    /// Open the buffers that the file names in other folders, too. Without this a name that leads out of the file's folder
+    /// is refused: a file of unknown origin could copy what it names into an output.
+    pub allow_outside: bool,
+    /// The most bytes that reading may take; without it half of what
+    /// [`available_memory`](crate::files::available_memory) tells.
+    pub max_memory: Option<u64>,
 }
 
 /// Where a part of a scene comes from: one primitive of a mesh at one node.
@@ -18,6 +24,8 @@ pub struct GltfOptions {
 pub struct GltfOrigin {
     /// Index into the file's `nodes`.
     pub node: usize,
+    /// Which of the places that `EXT_mesh_gpu_instancing` gives the node's mesh; 0 without it.
+    pub instance: u32,
     /// Index into the file's `meshes`.
     pub mesh: usize,
     /// Index into the mesh's `primitives`.

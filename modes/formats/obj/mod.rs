@@ -6,7 +6,9 @@
 //! Based on: Wavefront Technologies, "Advanced Visualizer Manual", appendix B1 "Object Files", 1992.
 
 pub(crate) mod clip_ring;
+pub(crate) mod corner_tree;
 pub(crate) mod ear_clip;
+pub(crate) mod left_out;
 pub(crate) mod mtl;
 pub(crate) mod source;
 pub(crate) mod tags;
@@ -14,18 +16,21 @@ pub(crate) mod text;
 
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
 use tobj::{LoadError, LoadOptions, Mesh};
+use umbel_core::glam::DVec3;
 
-use crate::error::Error;
-use crate::error::Problem;
+use crate::error::{Error, Problem};
+use crate::files::budget::Budget;
+use crate::formats::load::{SceneFormat, read_scene_file, stem};
+use crate::formats::neighbours::{Neighbours, Resolver};
 use crate::formats::obj::ear_clip::triangulate;
 use crate::formats::obj::mtl::{Look, read_libraries};
-use crate::formats::obj::source::{KEYWORDS, KINDS, Part, Source};
-use crate::formats::obj::text::{Statements, keyword, text_of};
+use crate::formats::obj::source::{KEYWORDS, KINDS, Part, Source, measure};
+use crate::formats::obj::text::{Statements, keyword, text_of, words};
+use crate::formats::offset;
 use crate::scene::{Material, NO_INDEX, Object, Scene};
 
 /// How to read an OBJ file.
@@ -34,6 +39,11 @@ pub struct ObjOptions {
     /// Leave out faces with a NaN or infinite position and warn, instead of refusing the file. The position itself
     /// becomes the origin, so that indices stay those of the file.
     pub drop_non_finite: bool,
+    /// Open the material libraries that the file names in other folders, too. Without this a name that leads out of the
+    /// file's folder is left out with a warning.
+    pub allow_outside: bool,
+    /// The most bytes that reading may take; without it half of what [`available_memory`](crate::files::available_memory) tells.
+    pub max_memory: Option<u64>,
 }
 
 /// Reads an OBJ file and the material libraries that it names.
@@ -42,41 +52,93 @@ pub struct ObjOptions {
 /// corners are triangulated by ear clipping, so that n corners give n − 2 triangles. `o`, `g` and `usemtl` start a new
 /// object. What can be mended is mended and noted in [`Scene::warnings`].
 ///
+/// A fourth number of a position is the weight of a point of curves and surfaces, which are not read: it is left out.
+///
 /// # Errors
 /// [`Error::Input`], with the line, for a file that is no OBJ text, a number or index that cannot be read, an index out
-/// of range, and positions that are not finite unless [`ObjOptions::drop_non_finite`] is set.
+/// of range, and positions that are not finite unless [`ObjOptions::drop_non_finite`] is set. [`Error::Limit`] when it
+/// would take more than [`ObjOptions::max_memory`].
 pub fn read_obj(path: &Path, options: &ObjOptions) -> Result<Scene, Error> {
-    read(path, options).map_err(|problem| problem.at(path))
+    let budget = Budget::new(options.max_memory);
+    let mut neighbours = Neighbours::of(path, options.allow_outside, &budget);
+    read_scene_file(path, &budget, SceneFormat::Obj)
+        .and_then(|bytes| read(&bytes, options, &mut neighbours, &budget))
+        .map(|scene| Scene { name: stem(path), ..scene })
+        .map_err(|problem| budget.error(problem, path))
 }
 
-fn read(path: &Path, options: &ObjOptions) -> Result<Scene, Problem> {
-    let bytes = fs::read(path).map_err(|error| Problem {
-        line: None,
-        what: format!("cannot be read: {error}"),
-        remedy: "Give the path of an OBJ file that exists and that you may read.",
-    })?;
-    let text = text_of(&bytes)?;
-    let mut source = Source::new(text)?;
+/// The same for the text of an OBJ file in memory. `name` stands for its path in messages and gives the scene its name;
+/// `resolver` gives the material libraries that it names: what it does not give is a warning.
+///
+/// # Errors
+/// As [`read_obj`].
+pub fn read_obj_bytes(
+    name: &str,
+    bytes: &[u8],
+    options: &ObjOptions,
+    resolver: &mut Resolver<'_>,
+) -> Result<Scene, Error> {
+    let budget = Budget::new(options.max_memory);
+    let (path, mut neighbours) = (Path::new(name), Neighbours::given(resolver, &budget));
+    read(bytes, options, &mut neighbours, &budget)
+        .map(|scene| Scene { name: stem(path), ..scene })
+        .map_err(|problem| budget.error(problem, path))
+}
+
+fn read(
+    bytes: &[u8],
+    options: &ObjOptions,
+    neighbours: &mut Neighbours<'_>,
+    budget: &Budget,
+) -> Result<Scene, Problem> {
+    let text = text_of(bytes)?;
+    let extent = measure(text)?;
+    let what = format!("{} faces and {} vertices", extent.faces, extent.counts[0]);
+    budget.check(extent.bytes(), &what)?;
+    let mut source = Source::new(text, extent.counts);
     let mesh = parse(&mut source)?;
-    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let mut scene = Scene { name, ..Scene::default() };
+    let mut scene = Scene::default();
     take_vertices(&mut scene, &mesh, &source);
     let spoilt = find_non_finite(&mut scene, text, options)?;
-    let firsts = take_faces(&mut scene, &mesh, &source, &spoilt)?;
+    let mut faces = take_faces(&mut scene, &mesh, &source, &spoilt)?;
+    if offset::is_in_doubt(&scene) {
+        offset::settle(&mut scene, &wide_positions(text));
+        // How polygons are cut depends on their shape, which is seen only now.
+        if scene.offset != DVec3::ZERO {
+            faces = take_faces(&mut scene, &mesh, &source, &spoilt)?;
+        }
+    }
+    drop(mesh);
+    if faces.dropped_vertices > 0 {
+        scene.warnings.push(format!(
+            "vertices that are not finite: {}; triangles left out with them: {}",
+            faces.dropped_vertices, faces.dropped
+        ));
+    }
     for indices in [&mut scene.uv_indices, &mut scene.normal_indices] {
         if indices.iter().flatten().all(|&index| index == NO_INDEX) {
             indices.clear();
         }
     }
     scene.creases = std::mem::take(&mut source.creases);
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let looks = read_libraries(folder, &source.libraries, &mut scene.warnings);
-    take_objects(&mut scene, &source.parts, &firsts, &looks);
+    let looks = read_libraries(neighbours, &source.libraries, &mut scene.warnings)?;
+    take_objects(&mut scene, &source.parts, &faces.firsts, &looks);
     if scene.triangles.is_empty() {
         let what = format!("the file has no triangles ({} vertices)", scene.positions.len());
         scene.warnings.push(if text.is_empty() { "the file is empty".to_owned() } else { what });
     }
     Ok(scene)
+}
+
+/// The positions of the file in f64; NaN where one is no number. Only scenes far away need them.
+fn wide_positions(text: &[u8]) -> Vec<DVec3> {
+    let positions = Statements::new(text).filter_map(|(_, statement)| {
+        let (keyword, rest) = keyword(&statement);
+        let mut numbers = words(rest).map(|word| word.parse().unwrap_or(f64::NAN));
+        let mut next = || numbers.next().unwrap_or(f64::NAN);
+        (keyword == KEYWORDS[0]).then(|| DVec3::new(next(), next(), next()))
+    });
+    positions.collect()
 }
 
 /// Has tobj parse the source, as one mesh.
@@ -88,7 +150,6 @@ fn parse(source: &mut Source<'_>) -> Result<Mesh, Problem> {
         Err(error) => Err(source.problem.take().unwrap_or_else(|| {
             source.error(match error {
                 LoadError::PositionParseError => "a `v` needs three numbers".to_owned(),
-                LoadError::ScalingByZeroError => "the weight of this `v` is 0".to_owned(),
                 LoadError::TexcoordParseError => "a `vt` needs one or two numbers".to_owned(),
                 LoadError::NormalParseError => "a `vn` needs three numbers".to_owned(),
                 other => other.to_string(),
@@ -105,12 +166,7 @@ fn take_vertices(scene: &mut Scene, mesh: &Mesh, source: &Source<'_>) {
     scene.normals.pop();
     scene.uvs.pop();
     let warnings = &mut scene.warnings;
-    if source.left_out > 0 {
-        warnings.push(format!(
-            "lines, points and faces with fewer than three corners are left out: {}",
-            source.left_out
-        ));
-    }
+    warnings.extend(source.left_out.warnings());
     for (kind, what) in KINDS.iter().enumerate().filter(|&(kind, _)| source.dangling[kind]) {
         warnings.push(format!("faces name a {what}, but the file has no `{}`", KEYWORDS[kind]));
     }
@@ -145,13 +201,26 @@ fn find_non_finite(scene: &mut Scene, text: &[u8], options: &ObjOptions) -> Resu
     Ok(spoilt)
 }
 
-/// Triangulates the faces. Returns the first triangle of each part, and behind them the number of triangles.
+/// The faces of a file, triangulated.
+struct Faces {
+    /// The first triangle of each part, and behind them the number of triangles.
+    firsts: Vec<u32>,
+    /// Triangles that are left out for a position that is not finite, and how many such positions there are.
+    dropped: usize,
+    dropped_vertices: usize,
+}
+
+/// Triangulates the faces, in place of any triangles that the scene has.
 fn take_faces(
     scene: &mut Scene,
     mesh: &Mesh,
     source: &Source<'_>,
     spoilt: &[bool],
-) -> Result<Vec<u32>, Problem> {
+) -> Result<Faces, Problem> {
+    for indices in [&mut scene.triangles, &mut scene.uv_indices, &mut scene.normal_indices] {
+        indices.clear();
+    }
+    scene.face_corners.clear();
     // tobj leaves the arities out where all are 3.
     let arity = |face: usize| mesh.face_arities.get(face).map_or(3, |&arity| arity as usize);
     let mut end: usize = (0..source.preamble_faces).map(arity).sum();
@@ -178,17 +247,14 @@ fn take_faces(
         scene.face_corners = Vec::new();
     }
     firsts.resize(source.parts.len() + 1, scene.triangles.len());
-    let vertices = spoilt.iter().filter(|&&is_spoilt| is_spoilt).count();
-    if vertices > 0 {
-        let what =
-            format!("vertices that are not finite: {vertices}; triangles left out with them: {dropped}");
-        scene.warnings.push(what);
-    }
-    firsts.into_iter().map(u32::try_from).collect::<Result<_, _>>().map_err(|_| Problem {
+    let firsts: Result<Vec<u32>, _> = firsts.into_iter().map(u32::try_from).collect();
+    let firsts = firsts.map_err(|_| Problem {
         line: None,
         what: "the file has more triangles than 32-bit ids can name".to_owned(),
         remedy: "Split it into several files.",
-    })
+    })?;
+    let dropped_vertices = spoilt.iter().filter(|&&is_spoilt| is_spoilt).count();
+    Ok(Faces { firsts, dropped, dropped_vertices })
 }
 
 /// Adds one face, whose corners tobj keeps at `range`, as triangles of these corners.

@@ -11,11 +11,13 @@
 //!
 //! Based on: Wavefront Technologies, "MTL material format", 1995.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
-use std::{fs, io};
+use std::path::PathBuf;
+use std::sync::Arc;
 
+use crate::error::Problem;
+use crate::formats::neighbours::{Missing, Neighbours};
 use crate::formats::obj::text::{Statements, keyword, text_of, words};
 use crate::scene::optics::Optics;
 
@@ -29,27 +31,35 @@ const DEFAULT_DIFFUSE: [f32; 3] = [0.8; 3];
 pub(crate) type Look = ([f32; 3], Optics);
 
 /// The diffuse reflectance and the optics of the materials in all libraries, by name; of equal names the last counts.
+/// A library that is named again is read once, in the place where it was named last.
 pub(crate) fn read_libraries(
-    folder: &Path,
+    neighbours: &mut Neighbours<'_>,
     statements: &[String],
     warnings: &mut Vec<String>,
-) -> HashMap<String, Look> {
-    let mut looks = HashMap::new();
-    for path in statements.iter().flat_map(|statement| library_paths(folder, statement)) {
-        let shown = path.display();
-        // Devices and pipes may never end.
-        let bytes = match fs::metadata(&path) {
-            Ok(metadata) if !metadata.is_file() => Err(io::Error::other("not a file")),
-            Ok(_) => fs::read(&path),
-            Err(error) => Err(error),
-        };
-        let library = match bytes {
-            Ok(bytes) => tame_library(&bytes, &shown.to_string(), warnings),
-            Err(error) => {
-                warnings.push(format!("material library {shown} cannot be read: {error}"));
-                continue;
+) -> Result<HashMap<String, Look>, Problem> {
+    let mut libraries: Vec<(PathBuf, String, Arc<Vec<u8>>)> = Vec::new();
+    let mut asked = HashSet::new();
+    for statement in statements.iter().rev().filter(|statement| asked.insert(statement.as_str())) {
+        for (name, found) in named_libraries(neighbours, statement) {
+            let shown = neighbours.shown(&name);
+            match found {
+                Ok((key, bytes)) => libraries.push((key, shown, bytes)),
+                Err(Missing::Outside) => warnings.push(format!(
+                    "material library {name} lies outside of the file's folder and is not read; if you trust the \
+                     file, allow it: ObjOptions::allow_outside"
+                )),
+                Err(Missing::Unreadable(error)) => {
+                    warnings.push(format!("material library {shown} cannot be read: {error}"));
+                }
+                Err(Missing::TooLarge(problem)) => return Err(problem),
             }
-        };
+        }
+    }
+    let mut seen = HashSet::new();
+    libraries.retain(|(key, ..)| seen.insert(key.clone()));
+    let mut looks = HashMap::new();
+    for (_, shown, bytes) in libraries.iter().rev() {
+        let library = tame_library(bytes, shown, warnings);
         match tobj::load_mtl_buf(&mut library.as_bytes()) {
             Ok((materials, _)) => looks.extend(materials.into_iter().map(|material| {
                 let colour = material.diffuse.unwrap_or(DEFAULT_DIFFUSE);
@@ -59,7 +69,25 @@ pub(crate) fn read_libraries(
             Err(error) => warnings.push(format!("material library {shown} cannot be used: {error}")),
         }
     }
-    looks
+    Ok(looks)
+}
+
+/// A file or why there is none.
+type Found = Result<(PathBuf, Arc<Vec<u8>>), Missing>;
+
+/// The files of one `mtllib`, the last first: one name that may contain spaces, or several names.
+fn named_libraries(neighbours: &mut Neighbours<'_>, statement: &str) -> Vec<(String, Found)> {
+    let statement = statement.replace('\\', "/");
+    let whole = neighbours.fetch(&statement);
+    let words: Vec<&str> = statement.split_whitespace().rev().collect();
+    if whole.is_err() && words.len() > 1 {
+        let several: Vec<_> =
+            words.into_iter().map(|name| (name.to_owned(), neighbours.fetch(name))).collect();
+        if several.iter().any(|(_, found)| found.is_ok()) {
+            return several;
+        }
+    }
+    vec![(statement, whole)]
 }
 
 /// What a material mirrors and lets through.
@@ -78,14 +106,6 @@ fn optics(material: &tobj::Material) -> Optics {
         Some(6 | 7) => Optics { mirror, transmission: passes, ior: material.optical_density.unwrap_or(1.0) },
         _ => Optics { transmission: share(dissolved.unwrap_or_default()), ..Optics::OPAQUE },
     }
-}
-
-/// The files of one `mtllib`: one name that may contain spaces, or several names.
-fn library_paths(folder: &Path, statement: &str) -> Vec<PathBuf> {
-    let statement = statement.replace('\\', "/");
-    let whole = folder.join(&statement);
-    let several: Vec<_> = statement.split_whitespace().map(|name| folder.join(name)).collect();
-    if whole.is_file() || !several.iter().any(|path| path.is_file()) { vec![whole] } else { several }
 }
 
 /// The part of a material library that is used and that tobj reads: it panics on a `Kd` with one or two numbers and gives

@@ -8,6 +8,9 @@
 //!   file's own. Texture coordinates likewise.
 //! - tobj resolves indices when a model ends. Here they are checked at their line.
 //! - tobj takes lines (`l`) for polygons, and no `\` at a line's end, comments behind numbers or stray vertex colours.
+//! - tobj divides a position by its fourth number. That is the weight of a point of a rational curve or surface, and says
+//!   nothing about polygons: it is not passed on. Where it is not 1 that is said, as other readers might divide.
+//! - tobj passes over what it does not know. Here it is counted, with the first line: see [`crate::formats::obj::left_out`].
 //!
 //! Based on: Wavefront Technologies, "Advanced Visualizer Manual", appendix B1 "Object Files", 1992.
 
@@ -15,6 +18,7 @@ use std::fmt::Write as _;
 use std::io::{self, BufRead, Read};
 
 use crate::error::{CORRECT_LINE, Problem};
+use crate::formats::obj::left_out::{Kind, LeftOut};
 use crate::formats::obj::tags::take_tag;
 use crate::formats::obj::text::{Statements, keyword, words};
 use crate::scene::Creases;
@@ -27,22 +31,57 @@ const PREAMBLE_CORNERS: u64 = 1000;
 pub(crate) const KEYWORDS: [&str; 3] = ["v", "vt", "vn"];
 pub(crate) const KINDS: [&str; 3] = ["position", "texture coordinate", "normal"];
 
-/// How many of each of the three the whole text has.
-fn count_vertices(text: &[u8]) -> Result<[u64; 3], Problem> {
-    let mut counts = [0; 3];
+/// How much of everything a text has.
+#[derive(Debug, Default)]
+pub(crate) struct Extent {
+    /// Positions, texture coordinates and normals.
+    pub(crate) counts: [u64; 3],
+    /// Faces, and a bound on their corners.
+    pub(crate) faces: u64,
+    pub(crate) corners: u64,
+}
+
+/// Bytes of a position while tobj makes a mesh of it: as parsed, by its place, and as kept; and in the scene.
+const POSITION_BYTES: u64 = 12 + 64 + 24 + 12;
+/// Bytes of a texture coordinate or a normal, likewise.
+const OTHER_BYTES: u64 = 12 + 64 + 24 + 12;
+/// Bytes of a face: as parsed, its arity, its first corner.
+const FACE_BYTES: u64 = 104 + 16;
+/// Bytes of a corner: as parsed, its three indices twice while lists grow, and the triangle in the scene that it makes.
+const CORNER_BYTES: u64 = 24 + 24 + 48;
+
+impl Extent {
+    /// The memory that reading the text takes, beside the text.
+    pub(crate) fn bytes(&self) -> u64 {
+        let [positions, others @ ..] = self.counts;
+        let preamble: u64 = self.counts.iter().max().copied().unwrap_or(0);
+        positions * POSITION_BYTES
+            + others.iter().sum::<u64>() * OTHER_BYTES
+            + self.faces * FACE_BYTES
+            + (self.corners + preamble) * CORNER_BYTES
+    }
+}
+
+/// Counts what the whole text has.
+pub(crate) fn measure(text: &[u8]) -> Result<Extent, Problem> {
+    let mut extent = Extent::default();
     for (_, statement) in Statements::new(text) {
-        if let Some(kind) = KEYWORDS.iter().position(|&known| known == keyword(&statement).0) {
-            counts[kind] += 1;
+        let (keyword, rest) = keyword(&statement);
+        if let Some(kind) = KEYWORDS.iter().position(|&known| known == keyword) {
+            extent.counts[kind] += 1;
+        } else if matches!(keyword, "f" | "fo") {
+            extent.faces += 1;
+            extent.corners += 1 + rest.bytes().filter(u8::is_ascii_whitespace).count() as u64;
         }
     }
-    if counts.iter().any(|&count| count >= u64::from(NO_INDEX)) {
+    if extent.counts.iter().any(|&count| count >= u64::from(NO_INDEX)) {
         return Err(Problem {
             line: None,
             what: "the file has more vertices than 32-bit indices can name".to_owned(),
             remedy: "Split it into several files.",
         });
     }
-    Ok(counts)
+    Ok(extent)
 }
 
 /// A run of faces under one name and material.
@@ -73,21 +112,21 @@ pub(crate) struct Source<'a> {
     pub(crate) parts: Vec<Part>,
     pub(crate) libraries: Vec<String>,
     pub(crate) creases: Creases,
-    /// Lines, points and faces with fewer than three corners.
-    pub(crate) left_out: u64,
+    /// What is not passed on, to be counted in warnings.
+    pub(crate) left_out: LeftOut,
     /// Whether a corner names a texture coordinate or a normal though the file has none at all.
     pub(crate) dangling: [bool; 3],
 }
 
 impl<'a> Source<'a> {
-    pub(crate) fn new(text: &'a [u8]) -> Result<Self, Problem> {
-        Ok(Self {
+    pub(crate) fn new(text: &'a [u8], counts: [u64; 3]) -> Self {
+        Self {
             statements: Statements::new(text),
             line: 0,
             buffer: String::new(),
             taken: 0,
             problem: None,
-            counts: count_vertices(text)?,
+            counts,
             seen: [0; 3],
             preamble: 0,
             preamble_faces: 0,
@@ -96,9 +135,9 @@ impl<'a> Source<'a> {
             parts: vec![Part::default()],
             libraries: Vec::new(),
             creases: Creases::default(),
-            left_out: 0,
+            left_out: LeftOut::default(),
             dangling: [false; 3],
-        })
+        }
     }
 
     /// Puts what comes next into the buffer: nothing for a statement that tobj need not see.
@@ -113,17 +152,24 @@ impl<'a> Source<'a> {
         self.line = line;
         let (keyword, rest) = keyword(&statement);
         match keyword {
-            // A fourth number is the weight; more are colours, which tobj refuses unless every vertex has one.
-            "v" => self.numbers(0, rest, if words(rest).count() == 4 { 4 } else { 3 }),
+            // What follows are a weight, or colours, which tobj refuses unless every vertex has one.
+            "v" => {
+                self.left_out.weight(rest, line);
+                self.numbers(0, rest, 3);
+            }
             "vt" => self.numbers(1, rest, 2),
             "vn" => self.numbers(2, rest, 3),
             "f" => self.face(rest)?,
-            "l" | "p" => self.left_out += 1,
+            // How faces were written before 1992.
+            "fo" => {
+                self.left_out.note(Kind::OldFace, line, &statement);
+                self.face(rest)?;
+            }
             "t" => take_tag(rest, (self.line, self.counts[0]), &mut self.creases)?,
             "o" | "g" => self.part().name = rest.trim_end().to_owned(),
             "usemtl" => self.part().material = rest.trim_end().to_owned(),
             "mtllib" => self.libraries.push(rest.trim_end().to_owned()),
-            _ => {}
+            other => self.left_out.statement(other, line, &statement),
         }
         Ok(())
     }
@@ -185,7 +231,7 @@ impl<'a> Source<'a> {
         }
         if corners < 3 {
             self.buffer.clear();
-            self.left_out += 1;
+            self.left_out.note(Kind::Thin, self.line, "f");
         } else {
             self.buffer.push('\n');
             self.faces += 1;
@@ -201,7 +247,10 @@ impl<'a> Source<'a> {
             self.buffer.push(mark);
             if self.counts[kind] == 0 && kind > 0 {
                 self.dangling[kind] |= !field.is_empty();
-            } else if field.is_empty() && kind > 0 {
+            } else if kind > 0 && (field.is_empty() || is_zero(field)) {
+                if !field.is_empty() {
+                    self.left_out.note(Kind::Zero, self.line, corner);
+                }
                 let _ = write!(self.buffer, "{}", self.counts[kind] + 1);
             } else {
                 self.check_index(kind, field, corner)?;
@@ -247,6 +296,11 @@ impl<'a> Source<'a> {
         self.parts.push(part);
         &mut self.parts[last + 1]
     }
+}
+
+/// Whether an index is 0, which some exporters write for "none".
+fn is_zero(field: &str) -> bool {
+    field.parse::<i64>() == Ok(0)
 }
 
 impl BufRead for Source<'_> {

@@ -27,8 +27,8 @@ pub(crate) fn text_of(bytes: &[u8]) -> Result<&[u8], Problem> {
 
 /// The statements of a text, each with the line on which it starts, counted from 1.
 ///
-/// Lines end in LF, CR LF or CR. One that ends in `\` goes on in the next, unless it holds a comment: comments often end in
-/// the name of a folder.
+/// Lines end in LF, CR LF or CR. One that ends in `\`, with or without blanks behind it, goes on in the next, unless it
+/// holds a comment: comments often end in the name of a folder.
 #[derive(Clone)]
 pub(crate) struct Statements<'a> {
     rest: &'a [u8],
@@ -59,7 +59,9 @@ impl<'a> Iterator for Statements<'a> {
         let mut line = self.next_line();
         let first = self.lines_read;
         let mut joined = String::new();
-        while let Some(begun) = line.strip_suffix(b"\\").filter(|begun| !begun.contains(&b'#')) {
+        while let Some(begun) =
+            line.trim_ascii_end().strip_suffix(b"\\").filter(|begun| !begun.contains(&b'#'))
+        {
             joined.push_str(&String::from_utf8_lossy(begun));
             joined.push(' ');
             line = self.next_line();

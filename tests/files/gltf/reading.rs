@@ -265,17 +265,6 @@ fn the_default_scene_is_read() {
 }
 
 #[test]
-fn skins_and_morph_targets_are_told() {
-    let mut making = Making::square();
-    making.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0 }]);
-    making.json["nodes"][0]["skin"] = 0.into();
-    let scene = making.read();
-    assert_eq!(scene.positions, SQUARE);
-    assert_warned(&scene, "bind pose: 1");
-    assert_warned(&scene, "morph targets are ignored");
-}
-
-#[test]
 fn positions_that_are_not_finite_are_refused_or_dropped() {
     let making = Making::with_primitive(|making| {
         let mut primitive = making.square_primitive();

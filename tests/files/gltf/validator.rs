@@ -10,7 +10,8 @@ use std::process::Command;
 use serde_json::{Value, json};
 use umbel::formats::{GltfFile, VertexTarget};
 
-use super::making::{Folder, Making, UNSIGNED_SHORT, png};
+use super::making::{Folder, Making, SQUARE, UNSIGNED_SHORT, Written, png};
+use super::posing::{FIRST, instanced, morphed, skinned};
 
 /// The version that the test was written with.
 const PACKAGE: &str = "gltf-validator@2.0.0-dev.3.10";
@@ -117,4 +118,122 @@ fn what_is_written_is_valid() {
         assert_eq!(counts, (&json!(0), &json!(0)), "{}: {issues:#}", file.display());
     }
     assert_ne!(issues[whole]["numErrors"], 0);
+}
+
+/// Files that are valid and not what one expects first.
+fn odd_files() -> Vec<(&'static str, Making)> {
+    let mut bare = Making::square();
+    let positions = bare.floats(&SQUARE);
+    // Beside what is baked: no texture coordinates, lines, points, a mesh without a node, one of another scene.
+    for primitive in [
+        json!({ "attributes": { "POSITION": positions }, "indices": 2 }),
+        json!({ "attributes": { "POSITION": positions }, "mode": 1 }),
+        json!({ "attributes": { "POSITION": positions }, "mode": 0 }),
+    ] {
+        let mesh = bare.push("meshes", json!({ "primitives": [primitive] }));
+        bare.node(json!({ "mesh": mesh }));
+    }
+    let mut unused = bare.clone();
+    unused
+        .push("meshes", json!({ "primitives": [{ "attributes": { "POSITION": positions }, "indices": 2 }] }));
+    let other = unused.push("nodes", json!({ "mesh": 1 }));
+    unused.push("scenes", json!({ "nodes": [other] }));
+    let mut variants = scene();
+    variants.json["extensionsUsed"] = json!(["KHR_materials_variants"]);
+    variants.json["extensions"] = json!({ "KHR_materials_variants": { "variants": [{ "name": "a" }] } });
+    variants.json["meshes"][0]["primitives"][0]["extensions"] =
+        json!({ "KHR_materials_variants": { "mappings": [{ "material": 0, "variants": [0] }] } });
+    let mut bound = skinned(&[json!({ "translation": [0, 5, 0] })], [[0; 4]; 4], FIRST);
+    bound.json["nodes"][0].as_object_mut().unwrap().remove("translation");
+    let mut lifted = morphed(&[[0., 4., 0.]]);
+    lifted.json["meshes"][0]["weights"] = json!([0.5]);
+    lifted.node(json!({ "mesh": 0, "weights": [1] }));
+    let places = [[0., 0., 0.]];
+    let placed = instanced(&|making| json!({ "TRANSLATION": making.floats(&places) }));
+    let mut decimals = scene();
+    decimals.json["accessors"][0]["componentType"] = json!(5126.0);
+    decimals.json["nodes"][0]["mesh"] = json!(0.0);
+    vec![
+        ("bare", bare),
+        ("unused", unused),
+        ("variants", variants),
+        ("skinned", bound),
+        ("morphed", lifted),
+        ("instanced", placed),
+        ("decimals", decimals),
+        ("coloured", scene()),
+    ]
+}
+
+/// Where nulls and empty lists are in a document.
+fn holes(value: &Value, place: String, found: &mut Vec<String>) {
+    match value {
+        Value::Null => found.push(place),
+        Value::Array(elements) if elements.is_empty() => found.push(place),
+        Value::Array(elements) => {
+            elements.iter().enumerate().for_each(|(k, part)| holes(part, format!("{place}/{k}"), found));
+        }
+        Value::Object(fields) => {
+            fields.iter().for_each(|(key, part)| holes(part, format!("{place}/{key}"), found))
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn odd_files_stay_as_valid_as_they_were() {
+    let validator = validator();
+    let (mut files, mut names) = (Vec::new(), Vec::new());
+    let files_of = odd_files();
+    let folders: Vec<Folder> = files_of
+        .iter()
+        .map(|(_, making)| Folder::new(&[("in.glb", &making.glb()), ("in.gltf", &making.gltf())]))
+        .collect();
+    for ((name, making), folder) in files_of.iter().zip(&folders) {
+        let mut before = Vec::new();
+        holes(&making.json, String::new(), &mut before);
+        for format in ["glb", "gltf"] {
+            files.push(folder.path(&format!("in.{format}")));
+            names.push(format!("{name}.{format}"));
+            for what in ["texture", "ao", "color"] {
+                let (mut file, scene) = folder.open(&format!("in.{format}"));
+                let openness: Vec<f32> =
+                    (0..scene.positions.len()).map(|k| 1.0 / (k % 9 + 1) as f32).collect();
+                match what {
+                    "texture" => file.add_occlusion_texture(&png()),
+                    "ao" => file.add_vertex_occlusion(&openness, VertexTarget::Ao),
+                    _ => file.add_vertex_occlusion(&openness, VertexTarget::Color0),
+                }
+                .unwrap_or_else(|error| panic!("{name} {what}: {error}"));
+                let path = folder.path(&format!("{what}.{format}"));
+                file.write(&path).unwrap();
+                let json = if format == "glb" { Written::glb(&path).json } else { Written::gltf(&path).json };
+                let mut after = Vec::new();
+                holes(&json, String::new(), &mut after);
+                after.retain(|hole| !before.contains(hole));
+                assert!(after.is_empty(), "{name}.{format} {what}: {after:?}");
+                assert_eq!(
+                    folder.open(&format!("{what}.{format}")).1.positions,
+                    scene.positions,
+                    "{name} {what}"
+                );
+                files.push(path);
+                names.push(format!("{name}.{format} {what}"));
+            }
+        }
+    }
+    let validator = match validator {
+        Ok(validator) => validator,
+        Err(reason) => return skip(&reason),
+    };
+    let issues = validate(&validator, &files);
+    for (names, group) in names.chunks(4).zip(issues.chunks(4)) {
+        for (name, issues) in names.iter().zip(group) {
+            for count in ["numErrors", "numWarnings"] {
+                let [before, after] = [&group[0][count], &issues[count]].map(|count| count.as_u64().unwrap());
+                assert!(after <= before, "{name}: {count} {before} to {after}: {issues:#}");
+            }
+            assert_eq!(issues["numErrors"], 0, "{name}: {issues:#}");
+        }
+    }
 }

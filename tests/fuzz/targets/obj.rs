@@ -39,7 +39,7 @@ fuzz_target!(|bytes: &[u8]| {
 });
 
 fn read(path: &Path, drop_non_finite: bool) -> Option<Scene> {
-    match read_obj(path, &ObjOptions { drop_non_finite }) {
+    match read_obj(path, &ObjOptions { drop_non_finite, ..ObjOptions::default() }) {
         Ok(scene) => {
             promises::check(&scene);
             Some(scene)

@@ -11,6 +11,7 @@ use serde_json::Value;
 use crate::error::Problem;
 use crate::formats::gltf::GltfFile;
 use crate::formats::gltf::document::{Document, broken};
+use crate::formats::gltf::instancing::INSTANCING;
 use crate::formats::gltf::write::{array, push};
 
 impl GltfFile {
@@ -21,6 +22,7 @@ impl GltfFile {
         document: &Document,
         values: &[f32],
     ) -> Result<(Vec<usize>, usize), Problem> {
+        self.refuse_different_copies(values)?;
         let outside = self.meshes_outside(document);
         // For each mesh of the file: where its values are that have got a mesh, and which.
         let mut holders: HashMap<usize, Vec<(Range<usize>, usize)>> = HashMap::new();
@@ -48,10 +50,31 @@ impl GltfFile {
         Ok((stored, copies))
     }
 
+    /// The places that `EXT_mesh_gpu_instancing` gives a node share the node's mesh, which has one value for each vertex.
+    fn refuse_different_copies(&self, values: &[f32]) -> Result<(), Problem> {
+        for pair in self.instances().windows(2) {
+            let [one, other] = [&pair[0], &pair[1]];
+            let node = self.origins[one.start].node;
+            if node == self.origins[other.start].node
+                && values[self.vertices(one)] != values[self.vertices(other)]
+            {
+                return Err(Problem {
+                    line: None,
+                    what: format!(
+                        "nodes[{node}] places its mesh by {INSTANCING}, and openness differs from place to place: the mesh \
+                         cannot hold it"
+                    ),
+                    remedy: "Make a node of each instance first, or write openness as .npy or .ply.",
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// The origins of each instance. They follow each other.
     fn instances(&self) -> Vec<Range<usize>> {
         let mut start = 0;
-        let runs = self.origins.chunk_by(|a, b| a.node == b.node).map(|run| {
+        let runs = self.origins.chunk_by(|a, b| (a.node, a.instance) == (b.node, b.instance)).map(|run| {
             start += run.len();
             start - run.len()..start
         });

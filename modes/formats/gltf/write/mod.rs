@@ -12,6 +12,7 @@ pub mod vertex;
 use std::fs;
 use std::io::Write;
 use std::path::Path;
+use std::sync::Arc;
 
 use serde_json::{Value, json};
 
@@ -35,14 +36,14 @@ impl GltfFile {
     pub fn write(&self, path: &Path) -> Result<(), Error> {
         self.check_output(path)?;
         let with_uri = self.own_buffer.and_then(|index| {
-            let bytes = self.buffers.get(index)?.as_deref()?;
+            let bytes = self.buffers.get(index)?.as_ref()?;
             let mut json = self.json.clone();
             let uri = json.pointer_mut(&format!("/buffers/{index}"))?.as_object_mut()?;
             uri.insert("uri".to_owned(), buffers::data_uri(bytes).into());
             Some(json)
         });
         let json = with_uri.as_ref().unwrap_or(&self.json);
-        let first = self.buffers.first().and_then(Option::as_deref);
+        let first = self.buffers.first().and_then(|first| first.as_ref().map(|bytes| bytes.as_slice()));
         let bin = if self.bin_is_first { first } else { self.spare_bin.as_deref() };
         write_atomically(path, |mut out| {
             let out: &mut dyn Write = &mut out;
@@ -100,7 +101,7 @@ impl GltfFile {
     /// Appends bytes as a buffer view, aligned to 4 bytes, and returns its index. `target` is what GPUs use it for.
     pub(crate) fn append(&mut self, bytes: &[u8], target: Option<u32>) -> Result<usize, Problem> {
         let buffer = self.growing_buffer()?;
-        let stored = self.buffers[buffer].get_or_insert_default();
+        let stored = Arc::make_mut(self.buffers[buffer].get_or_insert_default());
         stored.resize(stored.len().next_multiple_of(4), 0);
         let offset = stored.len();
         stored.extend_from_slice(bytes);
@@ -124,7 +125,7 @@ impl GltfFile {
             return Ok(own);
         }
         let index = push(&mut self.json, "buffers", json!({ "byteLength": 0 }))?;
-        self.buffers.push(Some(Vec::new()));
+        self.buffers.push(Some(Arc::default()));
         // The BIN chunk can only be the first buffer.
         if self.is_glb && index == 0 && self.spare_bin.is_none() {
             self.bin_is_first = true;

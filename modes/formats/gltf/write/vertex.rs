@@ -124,7 +124,7 @@ impl GltfFile {
 
     /// The vertex colours that the scene's primitives have, by accessor.
     fn read_colors(&self, document: &Document) -> Result<HashMap<usize, Vec<[f64; 4]>>, Problem> {
-        let data = Data { document, buffers: &self.buffers };
+        let data = Data::new(document, &self.buffers);
         let mut colors: HashMap<usize, Vec<[f64; 4]>> = HashMap::new();
         for origin in &self.origins {
             let place = format!("meshes[{}].primitives[{}]", origin.mesh, origin.primitive);
