@@ -191,7 +191,7 @@ mod tests {
 
     /// Numbers of up to `bits` bits in 53-bit pieces, in the same pieces as an i128.
     fn number(next: &mut impl FnMut() -> u64) -> (Wide, i128) {
-        let sign = if next() % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if next().is_multiple_of(2) { 1.0 } else { -1.0 };
         let [high, low] = [0; 2].map(|_| (next() >> (11 + next() % 53)) as f64 * sign);
         let wide = Wide::of(high, 0).shifted(8).plus(&Wide::of(low, 0));
         (wide, (high as i128 * 256) + low as i128)

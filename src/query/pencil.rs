@@ -65,11 +65,13 @@ pub(crate) fn intersect(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use glam::DVec3;
+
     use crate::geometry::triangles::Triangles;
     use crate::options::{Options, Path};
     use crate::query::closest_hit;
     use crate::rays::film::{Film, GridFilm};
+    use crate::rays::origin::Origin;
     use crate::rays::pencil::Pencil;
     use crate::simd::isa::Isa;
 

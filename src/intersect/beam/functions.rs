@@ -226,14 +226,16 @@ pub(crate) fn splat<S: Simd>(simd: S, [x, y, z]: [f32; 3]) -> [Wide<S>; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::exact::distance::{Distance, within_interval};
     use crate::exact::filter::Sign;
-    use crate::exact::predicates::{Distance, covers_exact, facing, within_interval};
+    use crate::exact::predicates::{covers, facing};
     use crate::geometry::aabb::Aabb;
     use crate::geometry::ray::{Ray, Ties};
     use crate::geometry::triangles::Triangles;
     use crate::intersect::beam::objects::Scale;
     use crate::rays::hemisphere::RaySample;
     use crate::simd::isa::Isa;
+    use crate::stats::Stats;
     use fearless_simd::{Level, dispatch};
     use glam::DVec3;
 
@@ -323,8 +325,9 @@ mod tests {
                         let origin = DVec3::from_array(point.map(f64::from));
                         let ray =
                             Ray { t_max: f64::from(t_max), ..Ray::new(origin, direction.sample.direction) };
-                        let meets = covers_exact(&ray, &triangle, Ties::Origin)
-                            && within_interval(&ray, &Distance::new(&ray, &triangle));
+                        let stats = &mut Stats::default();
+                        let meets = covers(&ray, &triangle, Ties::Origin, stats)
+                            && within_interval(&ray, &Distance::new(&ray, &triangle), stats);
                         assert!(
                             !(value > 1.0 || least[lane] > 1.0) || meets,
                             "{ray:?} misses {triangle:?}: {value}"
@@ -333,7 +336,7 @@ mod tests {
                             !(value < -1.0 || most[lane] < -1.0) || !meets,
                             "{ray:?} meets {triangle:?}: {value}"
                         );
-                        assert!(away >> lane & 1 == 0 || facing(&ray, &triangle) == Sign::Positive);
+                        assert!(away >> lane & 1 == 0 || facing(ray.direction, &triangle) == Sign::Positive);
                         certain += u32::from(value.abs() > 1.0);
                         total += 1;
                     }
