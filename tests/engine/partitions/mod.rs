@@ -57,22 +57,25 @@ fn count(hits: &Hits) -> usize {
     hits.ids().iter().filter(|&&id| id != NO_TRIANGLE).count()
 }
 
-/// A random point of twice the box around some positions, with f32 coordinates.
-fn around(random: &mut Random, positions: &[[f32; 3]]) -> DVec3 {
+/// The box around some positions.
+fn extent(positions: &[[f32; 3]]) -> [DVec3; 2] {
     let all = || positions.iter().map(|p| generators::widen(*p));
-    let lo = all().fold(DVec3::INFINITY, DVec3::min);
-    let hi = all().fold(DVec3::NEG_INFINITY, DVec3::max);
+    [all().fold(DVec3::INFINITY, DVec3::min), all().fold(DVec3::NEG_INFINITY, DVec3::max)]
+}
+
+/// A random point of twice a box, with f32 coordinates.
+fn around(random: &mut Random, [lo, hi]: [DVec3; 2]) -> DVec3 {
     let p = (lo + hi) * 0.5 + random.cube() * (hi - lo);
     DVec3::from_array(p.to_array().map(|x| f64::from(x as f32)))
 }
 
 /// Rays from anywhere to anywhere.
 fn random_rays(seed: u64, positions: &[[f32; 3]], rays: usize) -> Vec<Ray> {
-    let mut random = Random(seed);
+    let (mut random, extent) = (Random(seed), extent(positions));
     (0..rays)
         .map(|_| {
-            let from = around(&mut random, positions);
-            Ray::new(from, around(&mut random, positions) - from)
+            let from = around(&mut random, extent);
+            Ray::new(from, around(&mut random, extent) - from)
         })
         .filter(|ray| ray.direction != DVec3::ZERO)
         .collect()
@@ -145,8 +148,9 @@ fn degenerate_sets_of_rays() {
     let geometry = mesh.geometry();
     let mut random = Random(8);
     let one = Ray::new(DVec3::new(-2.0, 0.125, 0.25), DVec3::new(1.0, 0.03125, -0.0625));
-    let parallel = |random: &mut Random| Ray { origin: around(random, &mesh.positions), ..one };
-    let from_point = |random: &mut Random| Ray::new(one.origin, around(random, &mesh.positions) - one.origin);
+    let extent = extent(&mesh.positions);
+    let parallel = |random: &mut Random| Ray { origin: around(random, extent), ..one };
+    let from_point = |random: &mut Random| Ray::new(one.origin, around(random, extent) - one.origin);
     let tiny = 2_f64.powi(-160);
     let sets: [(&str, Vec<Ray>); 7] = [
         ("equal", vec![one; 3000]),
