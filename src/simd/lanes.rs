@@ -7,7 +7,7 @@
 //! called instead of inlined, and vectors pass through memory (15 % of all instructions in one case). Loops and plain
 //! calls of `#[inline(always)]` functions are fine.
 
-use fearless_simd::{f32x8, f64x8, mask32x8, mask64x8, prelude::*};
+use fearless_simd::{f32x8, f32x16, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::DVec3;
 
 /// Lanes of a vector.
@@ -24,6 +24,12 @@ pub(crate) type Narrow<S> = f32x8<S>;
 
 /// Eight truth values over [`Narrow`].
 pub(crate) type NarrowMask<S> = mask32x8<S>;
+
+/// Numbers of f32 side by side where sixteen are.
+pub(crate) const WIDTH: usize = 16;
+
+/// Sixteen numbers of f32.
+pub(crate) type Wide<S> = f32x16<S>;
 
 /// Eight numbers, rounded to the nearest f32.
 #[inline(always)]

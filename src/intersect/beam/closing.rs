@@ -19,8 +19,8 @@ use crate::intersect::beam::direction::Direction;
 use crate::intersect::beam::functions::{Coefficients, Functions, SetUp, splat};
 use crate::intersect::beam::objects::Run;
 use crate::intersect::beam::parcel::{Bits, PACKETS, Parcel};
-use crate::intersect::beam::{Query, WIDTH, Wide};
-use crate::simd::lanes::bits;
+use crate::intersect::beam::query::Query;
+use crate::simd::lanes::{WIDTH, Wide, bits};
 use crate::stats::Stats;
 
 /// What rounding adds to half sides of rectangles, in parts of the reach of a parcel.

@@ -13,8 +13,8 @@ use fearless_simd::prelude::*;
 use glam::DVec3;
 
 use crate::intersect::beam::objects::Scale;
-use crate::intersect::beam::{WIDTH, Wide};
 use crate::rays::hemisphere::RaySample;
+use crate::simd::lanes::{WIDTH, Wide};
 
 /// Cells along a side of the octahedral map.
 const OCTAHEDRAL_CELLS: f64 = 256.0;

@@ -34,7 +34,7 @@ use fearless_simd::prelude::*;
 
 use crate::intersect::beam::direction::Direction;
 use crate::intersect::beam::objects::Run;
-use crate::intersect::beam::{WIDTH, Wide};
+use crate::simd::lanes::{WIDTH, Wide};
 
 const U: f32 = 1.0 / (1 << 24) as f32;
 /// Errors of edge functions, in uD: by L and by m.

@@ -40,11 +40,12 @@ pub(crate) mod objects;
 pub(crate) mod occluders;
 pub(crate) mod order;
 pub(crate) mod parcel;
+pub(crate) mod query;
 pub(crate) mod walk;
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use fearless_simd::{Level, dispatch, f32x16, prelude::*, u32x16};
+use fearless_simd::{Level, dispatch, prelude::*, u32x16};
 use rayon::prelude::*;
 
 use crate::geometry::aabb::Aabb;
@@ -54,14 +55,11 @@ use crate::intersect::beam::direction::Direction;
 use crate::intersect::beam::objects::{Objects, Scale};
 use crate::intersect::beam::occluders::LastOccluders;
 use crate::intersect::beam::parcel::{Bits, PACKETS, Parcel, RECEIVERS};
+use crate::intersect::beam::query::Query;
 use crate::objects::morton;
 use crate::rays::hemisphere::{Occlusion, OpenRays, RaySample};
+use crate::simd::lanes::WIDTH;
 use crate::stats::Stats;
-
-/// Triangles, rays or packets side by side.
-pub(crate) const WIDTH: usize = 16;
-/// Sixteen numbers.
-pub(crate) type Wide<S> = f32x16<S>;
 
 /// Directions for which a thread keeps occluders at the same time.
 const DIRECTIONS: usize = 128;
@@ -72,28 +70,6 @@ const SAMPLED_PARCELS: usize = 16;
 const SAMPLED_DIRECTIONS: usize = 32;
 /// Coordinates up to here are compared in f32.
 const GREATEST: f32 = 1e30;
-/// Places of boxes and of rays err by less than this part of the scene's size, 1 at most: twice six roundings of two
-/// coordinates each.
-const SLACK: f32 = 32.0 / (1 << 24) as f32;
-
-/// What all beams share.
-#[derive(Clone, Copy)]
-pub(crate) struct Query<'a> {
-    pub(crate) triangles: &'a Triangles<'a>,
-    pub(crate) occlusion: &'a Occlusion<'a>,
-    pub(crate) objects: &'a Objects,
-    /// What is added around boxes.
-    pub(crate) slack: f32,
-}
-
-impl Query<'_> {
-    /// The scaled point of a receiver.
-    #[inline(always)]
-    fn scaled(&self, id: u32) -> [f32; 3] {
-        let scale = self.objects.scale;
-        self.occlusion.hemispheres[id as usize].receiver.point.map(|x| scale.of_length(x))
-    }
-}
 
 /// What a thread keeps from parcel to parcel.
 struct Workspace {
@@ -150,7 +126,7 @@ impl<'a> Beams<'a> {
 
     fn query(&self) -> Query<'_> {
         let Self { triangles, occlusion, objects, .. } = self;
-        Query { triangles, occlusion, objects, slack: SLACK }
+        Query::new(triangles, occlusion, objects)
     }
 
     /// What some parcels cost along some of the directions, evenly chosen from all; and how many rays that was.

@@ -13,11 +13,11 @@ use rayon::prelude::*;
 
 use crate::geometry::aabb::Aabb;
 use crate::geometry::triangles::{TriangleId, Triangles};
-use crate::intersect::beam::WIDTH;
 use crate::intersect::beam::order::{Fanouts, Order};
 use crate::objects::closed::ClosedTriangles;
 use crate::objects::runs::RUN;
 use crate::rays::hits::NO_TRIANGLE;
+use crate::simd::lanes::WIDTH;
 
 /// Scales are powers of two up to this one, and down to its inverse.
 const MOST_SCALE: i32 = 100;

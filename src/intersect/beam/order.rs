@@ -17,9 +17,9 @@ use fearless_simd::{Level, dispatch, f32x4, f32x8, i32x4, prelude::*};
 use rayon::prelude::*;
 
 use crate::geometry::triangles::Triangles;
-use crate::intersect::beam::WIDTH;
 use crate::objects::runs::RUN;
 use crate::rays::hits::NO_TRIANGLE;
+use crate::simd::lanes::WIDTH;
 
 /// Room for triangles, as a multiple of their number: at 46 bytes for each place, boxes and the id while they are
 /// copied included, 63 bytes a triangle.

@@ -16,13 +16,13 @@ use crate::exact::filter::Cross;
 use crate::geometry::aabb::{Aabb, U, widen};
 use crate::geometry::triangles::{TriangleId, Triangles};
 use crate::intersect::beam::direction::Direction;
-use crate::intersect::beam::{Query, WIDTH, Wide};
+use crate::intersect::beam::query::Query;
 use crate::objects::morton::along_curve;
 use crate::objects::offset::Side;
 use crate::rays::hemisphere::{Above, Hemisphere};
 use crate::rays::hits::NO_TRIANGLE;
 use crate::rays::point_order::PointGrid;
-use crate::simd::lanes::bits;
+use crate::simd::lanes::{WIDTH, Wide, bits};
 
 /// Packets of a parcel, and its receivers.
 pub(crate) const PACKETS: usize = 16;

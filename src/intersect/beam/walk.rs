@@ -11,7 +11,7 @@ use fearless_simd::prelude::*;
 
 use crate::intersect::beam::closing::Beam;
 use crate::intersect::beam::objects::NodeBoxes;
-use crate::intersect::beam::{WIDTH, Wide};
+use crate::simd::lanes::{WIDTH, Wide};
 
 /// More levels than four billion triangles have.
 const LEVELS: usize = 12;
