@@ -12,6 +12,8 @@ pub mod obj;
 #[cfg(any(feature = "gltf", feature = "obj"))]
 pub(crate) mod offset;
 pub mod pattern;
+#[cfg(any(feature = "gltf", feature = "obj"))]
+pub(crate) mod scene_file;
 
 pub use bpt::read_bpt;
 #[cfg(feature = "gltf")]

@@ -104,7 +104,7 @@ pub(crate) fn trade(args: &TradeArgs, common: &Common) -> Result<(), Error> {
 fn trade_reyes(args: &TradeArgs, common: &Common, verb: &ReyesArgs) -> Result<(), Error> {
     let surfaces = verb.load(common)?;
     let camera = verb.framing(&surfaces)?;
-    let named = Scene { name: surfaces.name.clone(), ..Scene::default() };
+    let named = Scene { name: surfaces.name.clone(), offset: surfaces.offset, ..Scene::default() };
     let pixels = u64::from(camera.width) * u64::from(camera.rows());
     limit_memory(pixels * (ITEM_BYTES + PIXEL_BYTES + SURFACE_PIXEL_BYTES), &named, "--size", common)?;
     let canvas = Canvas::of_camera(&camera, false);

@@ -26,6 +26,11 @@ pub(crate) const TRIANGLES: u32 = 4;
 pub(crate) const TRIANGLE_STRIP: u32 = 5;
 pub(crate) const TRIANGLE_FAN: u32 = 6;
 
+/// How many triangles some indices make.
+pub(crate) fn triangle_count(mode: u32, indices: usize) -> usize {
+    if mode == TRIANGLES { indices / 3 } else { indices.saturating_sub(2) }
+}
+
 /// A problem in the file itself.
 pub(crate) fn broken(what: impl Into<String>) -> Problem {
     Problem { line: None, what: what.into(), remedy: EXPORT_AGAIN }

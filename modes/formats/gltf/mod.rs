@@ -39,9 +39,9 @@ use crate::formats::gltf::accessor::Data;
 use crate::formats::gltf::container::{Container, open};
 use crate::formats::gltf::document::Document;
 use crate::formats::gltf::options::{GltfOptions, GltfOrigin};
-use crate::formats::load::{SceneFormat, read_scene_file, stem};
 use crate::formats::neighbours::{Neighbours, Resolver};
 use crate::formats::offset;
+use crate::formats::scene_file::{SceneFormat, read_scene_file, stem};
 use crate::scene::Scene;
 
 /// A glTF or GLB file in memory, with all that it holds.

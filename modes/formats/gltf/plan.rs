@@ -7,14 +7,15 @@ use std::collections::{BTreeMap, HashSet};
 use std::mem::size_of;
 
 use crate::error::Problem;
-use crate::formats::gltf::GltfOrigin;
 use crate::formats::gltf::accessor::Data;
-use crate::formats::gltf::document::{Mesh, Node, Primitive, TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES, named};
+use crate::formats::gltf::document::{
+    Mesh, Node, Primitive, TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES, named, triangle_count,
+};
 use crate::formats::gltf::extensions::{DRACO, compressed};
 use crate::formats::gltf::instancing::Copies;
 use crate::formats::gltf::nodes::Instance;
+use crate::formats::gltf::options::GltfOrigin;
 use crate::formats::gltf::pose::{Morph, joint_sets};
-use crate::formats::gltf::scene::triangle_count;
 use crate::scene::Object;
 
 /// Bytes of a vertex while it is read: the position, or the normal and what a morph target adds, in f64.

@@ -19,7 +19,7 @@ use crate::error::Problem;
 use crate::files::budget::Budget;
 use crate::formats::gltf::accessor::Data;
 use crate::formats::gltf::document::{
-    Node, Primitive, Surface, TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES, broken, named,
+    Node, Primitive, Surface, TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES, broken, named, triangle_count,
 };
 use crate::formats::gltf::instancing::Copies;
 use crate::formats::gltf::nodes::{Instance, instances, places};
@@ -366,11 +366,6 @@ impl<'a> Builder<'a> {
         }
         Ok(())
     }
-}
-
-/// How many triangles some indices make.
-pub(crate) fn triangle_count(mode: u32, indices: usize) -> usize {
-    if mode == TRIANGLES { indices / 3 } else { indices.saturating_sub(2) }
 }
 
 /// The places of triangle k's corners among the indices: of lists, strips (every other one turned round) and fans.

@@ -16,12 +16,9 @@
 //! Based on: Gary H. Meisters, "Polygons Have Ears", 1975; Martin Held, "FIST: Fast Industrial-Strength Triangulation of
 //! Polygons", 2001 (fall-backs for polygons that are not simple).
 
-use robust::{Coord, orient2d};
+use robust::orient2d;
 
-use crate::formats::obj::corner_tree::{CornerTree, Seen};
-
-/// A point of the plane onto which the polygon is projected.
-pub(crate) type Point = Coord<f64>;
+use crate::formats::obj::corner_tree::{CornerTree, Point, Seen};
 
 /// How often all corners may be ranked anew. Clipping an ear can free a corner that is not its neighbour; this is rare,
 /// and a bound keeps the cost quadratic for polygons that cross themselves everywhere.

@@ -8,9 +8,10 @@
 //! Based on: Guy Macdonald Morton, "A Computer Oriented Geodetic Data Base", 1966; Stefan Gottschalk, Ming Lin and Dinesh
 //! Manocha, "OBBTree", 1996 (separating axes).
 
-use robust::orient2d;
+use robust::{Coord, orient2d};
 
-use crate::formats::obj::clip_ring::Point;
+/// A point of the plane onto which the polygon is projected.
+pub(crate) type Point = Coord<f64>;
 
 /// The box that holds nothing: x from, x to, y from, y to.
 const EMPTY: [f64; 4] = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];

@@ -10,7 +10,8 @@
 
 use robust::orient2d;
 
-use crate::formats::obj::clip_ring::{Point, Ring};
+use crate::formats::obj::clip_ring::Ring;
+use crate::formats::obj::corner_tree::Point;
 
 /// Cuts a polygon into triangles of the same winding, given as indices into `corners`.
 ///

@@ -24,13 +24,13 @@ use umbel_core::glam::DVec3;
 
 use crate::error::{Error, Problem};
 use crate::files::budget::Budget;
-use crate::formats::load::{SceneFormat, read_scene_file, stem};
 use crate::formats::neighbours::{Neighbours, Resolver};
 use crate::formats::obj::ear_clip::triangulate;
 use crate::formats::obj::mtl::{Look, read_libraries};
 use crate::formats::obj::source::{KEYWORDS, KINDS, Part, Source, measure};
 use crate::formats::obj::text::{Statements, keyword, text_of, words};
 use crate::formats::offset;
+use crate::formats::scene_file::{SceneFormat, read_scene_file, stem};
 use crate::scene::{Material, NO_INDEX, Object, Scene};
 
 /// How to read an OBJ file.

@@ -126,6 +126,32 @@ fn missing_and_truncated_maps_are_refused() {
     }
 }
 
+/// A small file can stand for an image of gigabytes: what it would take is counted before its pixels are decoded.
+#[test]
+fn maps_that_stand_for_more_than_they_are() {
+    let place = place!();
+    let side = 600_usize;
+    write_png_rgb8(&place.path("map.png"), 600, 600, &vec![90; side * side * 3]).expect("written");
+    let channel = Channel { name: "Y".into(), samples: Samples::F32(vec![0.5; side * side]) };
+    write_exr(&place.path("map.exr"), side, side, vec![channel]).expect("written");
+    for name in ["map.png", "map.exr"] {
+        let path = place.path(name);
+        assert!(
+            place.bytes(name).len() < 1_500_000 && HeightMap::read_within(&path, Some(40_000_000)).is_ok()
+        );
+        match HeightMap::read_within(&path, Some(2_000_000)) {
+            Err(Error::Limit(text)) => {
+                assert!(text.contains(name) && text.contains("would need at least"), "{text}");
+            }
+            other => panic!("{name}: {:?}", other.map(|_| ())),
+        }
+    }
+    place.put("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n");
+    let run = place.run("reyes one.obj --displace map.png --height 0.1 --size 8x8 -o a.png --max-memory 2M");
+    assert_eq!(run.code, Some(4), "{}", run.stderr);
+    assert!(run.stderr.contains("map.png") && run.stderr.contains("--max-memory"), "{}", run.stderr);
+}
+
 /// An EXR has its heights as they are, in a channel Y, R, or the only one.
 #[test]
 fn maps_of_floats() {
