@@ -1,5 +1,6 @@
 //! What every verb does: reads a scene, says what it notices, shows how far it is, and prints.
 
+use std::ffi::OsStr;
 use std::io::Write as _;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -9,7 +10,7 @@ use crate::common::Common;
 use crate::report::{Times, timed};
 
 /// Reads a scene and says what was noticed.
-pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
+pub(crate) fn load_scene(name: &OsStr, common: &Common, times: &mut Times) -> Result<Scene, Error> {
     let options = LoadOptions { drop_non_finite: common.drop_non_finite };
     let scene = timed(&mut times.load, || load(name, options))?;
     print_warnings(&scene, common);
