@@ -10,7 +10,7 @@ use std::path::Path;
 
 use umbel::files::{srgb_encode, write_png_rgb8};
 use umbel::glam::DVec3;
-use umbel::render::{Bounces, Look, preview_with};
+use umbel::render::{Bounces, Look, Preview, preview_with};
 use umbel::scene::{Material, NO_INDEX, Object, Optics};
 use umbel::shadow::sun_light;
 use umbel::{Camera, Error, Lens, Options, Scene, builtin, visibility};
@@ -43,7 +43,7 @@ fn main() -> Result<(), Error> {
         lights: vec![sun_light(DVec3::new(0.3, 2.0, 1.8)), sun_light(DVec3::new(1.8, 1.6, 0.2))],
         bounces: Bounces { reflect: true, refract: true, most: 6 },
     };
-    let (linear, followed) = preview_with(&scene, &camera, &buffer, &look, &options, |_| {})?;
+    let Preview { linear, followed, .. } = preview_with(&scene, &camera, &buffer, &look, &options, |_| {})?;
     println!("rays of each bounce: {:?}", followed.rays);
     let bytes: Vec<u8> = linear.into_iter().map(srgb_encode).collect();
     write_png_rgb8(Path::new("mirror_and_glass.png"), camera.width, camera.height, &bytes)

@@ -53,7 +53,7 @@ impl View {
         let entry = |name: &str| folder.and_then(|folder| Some((folder, folder.entries.get(name)?)));
         if let Some((folder, entry)) = entry(name) {
             let file = entry["file"].as_str().ok_or_else(|| format!("{name}: scenes.json gives no file"))?;
-            let scene = load(&folder.path.join(file).to_string_lossy(), LoadOptions::default())?;
+            let scene = load(folder.path.join(file), LoadOptions::default())?;
             return Ok(Self::with_camera_of(name, scene, entry));
         }
         let scene = load(name, LoadOptions::default())?;

@@ -1,5 +1,6 @@
 //! The command line: what can be typed, and what it means.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
@@ -84,7 +85,7 @@ impl Command {
 pub(crate) struct RenderArgs {
     /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
-    pub(crate) scene: String,
+    pub(crate) scene: OsString,
 
     #[command(flatten)]
     pub(crate) picture: PictureArgs,
@@ -104,7 +105,7 @@ pub(crate) struct RenderArgs {
 pub(crate) struct VisibleArgs {
     /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
-    pub(crate) scene: String,
+    pub(crate) scene: OsString,
 
     /// NPY: the ids as an array. TXT: one a line. Without it they are printed
     #[arg(short, long, value_name = "FILE")]
@@ -126,7 +127,7 @@ pub(crate) struct VisibleArgs {
 pub(crate) struct VerifyArgs {
     /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
-    pub(crate) scene: String,
+    pub(crate) scene: OsString,
 
     /// Write a picture of the differences: red real, yellow within tolerance
     #[arg(long, value_name = "FILE.png")]
@@ -140,7 +141,7 @@ pub(crate) struct VerifyArgs {
 pub(crate) struct InfoArgs {
     /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
-    pub(crate) scene: String,
+    pub(crate) scene: OsString,
 
     /// Print JSON
     #[arg(long)]

@@ -4,6 +4,7 @@
 //! spelled. Devices and pipes hold nothing that could be lost: any number of outputs may go there.
 
 use std::collections::HashMap;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use umbel::Error;
@@ -20,8 +21,9 @@ pub(crate) struct FileNames {
 
 impl FileNames {
     /// Those of a run that reads some scenes.
-    pub(crate) fn of_scenes<'a>(scenes: impl IntoIterator<Item = &'a String>) -> Self {
-        let files = scenes.into_iter().filter(|name| !name.starts_with(BUILTIN));
+    pub(crate) fn of_scenes<'a>(scenes: impl IntoIterator<Item = &'a OsString>) -> Self {
+        let is_file = |name: &&OsString| !name.to_str().is_some_and(|name| name.starts_with(BUILTIN));
+        let files = scenes.into_iter().filter(is_file);
         Self { inputs: files.map(PathBuf::from).collect(), outputs: Vec::new() }
     }
 

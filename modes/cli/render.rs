@@ -69,7 +69,7 @@ pub(crate) fn see(
         })?),
         _ => None,
     };
-    let (linear, followed) = seen.unzip();
+    let (linear, followed) = seen.map(|seen| times.take_preview(seen)).unzip();
     progress.finish_and_clear();
     let picture = Picture { shape, seen: &(&buffer, scene) };
     timed(&mut times.write, || picture.write(files, linear, &mut hash))?;

@@ -6,14 +6,17 @@ use std::time::Instant;
 use serde_json::{Map, Value, json};
 use umbel::engine::Accuracy;
 use umbel::files::write_atomically;
+use umbel::render::{Followed, Preview};
 use umbel::{Error, Options, Scene, Stats};
 
 /// The version of the report's layout. It is only ever extended.
 const SCHEMA: u32 = 1;
 
-/// Milliseconds of the stages of a run.
-#[derive(Debug, Default)]
+/// Milliseconds of the stages of a run. What belongs to none is found where it is reported.
+#[derive(Debug)]
 pub(crate) struct Times {
+    /// When the command started.
+    pub(crate) start: Instant,
     pub(crate) load: f64,
     /// One per repeat.
     pub(crate) engine: Vec<f64>,
@@ -21,8 +24,48 @@ pub(crate) struct Times {
     pub(crate) camera: f64,
     /// From the camera's hits to the points that ask for light.
     pub(crate) receivers: f64,
+    /// Looking through texture coordinates.
+    pub(crate) check: f64,
     pub(crate) shade: f64,
     pub(crate) write: f64,
+}
+
+impl Default for Times {
+    /// Starts now.
+    fn default() -> Self {
+        let (load, camera, receivers, check, shade, write) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        Self { start: Instant::now(), load, engine: Vec::new(), camera, receivers, check, shade, write }
+    }
+}
+
+impl Times {
+    /// Books a preview, whose time is that of shading so far: the engine's queries belong to its last run.
+    pub(crate) fn take_preview(&mut self, seen: Preview) -> (Vec<f32>, Followed) {
+        let engine = seen.engine.as_secs_f64() * 1000.0;
+        self.shade -= engine;
+        if let Some(last) = self.engine.last_mut() {
+            *last += engine;
+        }
+        (seen.linear, seen.followed)
+    }
+
+    /// All stages, the whole, and what belongs to no stage.
+    fn json(&self) -> Value {
+        let total = self.start.elapsed().as_secs_f64() * 1000.0;
+        let stages = [self.load, self.camera, self.receivers, self.check, self.shade, self.write];
+        let booked = stages.iter().sum::<f64>() + self.engine.iter().sum::<f64>();
+        json!({
+            "load": self.load,
+            "engine": self.engine,
+            "camera": self.camera,
+            "receivers": self.receivers,
+            "check": self.check,
+            "shade": self.shade,
+            "write": self.write,
+            "other": (total - booked).max(0.0),
+            "total": total,
+        })
+    }
 }
 
 /// Runs something and adds the milliseconds it took.
@@ -78,14 +121,7 @@ impl Report<'_> {
             "threads": rayon::current_num_threads(),
             "isa": self.options.isa.resolve().map_or("none", umbel::engine::Isa::name),
             "accuracy": accuracy,
-            "ms": {
-                "load": self.times.load,
-                "engine": self.times.engine,
-                "camera": self.times.camera,
-                "receivers": self.times.receivers,
-                "shade": self.times.shade,
-                "write": self.times.write,
-            },
+            "ms": self.times.json(),
             "engine_bytes": self.stats.engine_bytes,
             "peak_rss_bytes": peak_rss_bytes(),
             "stats": stats,

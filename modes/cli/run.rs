@@ -1,5 +1,6 @@
 //! What every verb does: reads a scene, says what it notices, shows how far it is, and prints.
 
+use std::ffi::OsStr;
 use std::io::Write as _;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -10,7 +11,7 @@ use crate::refusal::with_flags;
 use crate::report::{Times, timed};
 
 /// Reads a scene and says what was noticed.
-pub(crate) fn load_scene(name: &str, common: &Common, times: &mut Times) -> Result<Scene, Error> {
+pub(crate) fn load_scene(name: &OsStr, common: &Common, times: &mut Times) -> Result<Scene, Error> {
     let options = common.load_options();
     let scene = timed(&mut times.load, || load(name, options))?;
     print_warnings(&scene, common);

@@ -1,5 +1,6 @@
 //! From a name on the command line to a scene: a file by its extension, or `builtin:NAME`.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use crate::builtin;
@@ -17,7 +18,7 @@ pub struct LoadOptions {
     pub max_memory: Option<u64>,
 }
 
-/// Reads a file, or makes the built-in scene `builtin:NAME`.
+/// Reads a file, or makes the built-in scene `builtin:NAME`. Names of files need not be UTF-8.
 ///
 /// # Errors
 /// When there is no such file or scene, its format is not read, or its content cannot be taken.
@@ -25,11 +26,11 @@ pub struct LoadOptions {
     not(any(feature = "gltf", feature = "obj")),
     expect(unused_variables, reason = "only readers of files take options")
 )]
-pub fn load(name: &str, options: LoadOptions) -> Result<Scene, Error> {
-    if let Some(rule) = name.strip_prefix("builtin:") {
+pub fn load(name: impl AsRef<OsStr>, options: LoadOptions) -> Result<Scene, Error> {
+    if let Some(rule) = builtin_name(name.as_ref()) {
         return builtin(rule);
     }
-    let path = Path::new(name);
+    let path = Path::new(name.as_ref());
     let extension =
         path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_ascii_lowercase();
     match extension.as_str() {
@@ -52,6 +53,11 @@ pub fn load(name: &str, options: LoadOptions) -> Result<Scene, Error> {
         }
         _ => Err(unknown_format(path, &extension)),
     }
+}
+
+/// What follows `builtin:` in a name; `None` for that of a file.
+pub(crate) fn builtin_name(name: &OsStr) -> Option<&str> {
+    name.to_str()?.strip_prefix("builtin:")
 }
 
 /// The error for a format that is not read.

@@ -1,5 +1,6 @@
 //! From a name on the command line to surfaces on demand: a mesh, Bézier patches, or a rule.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use umbel_core::Aabb;
@@ -8,7 +9,7 @@ use umbel_core::glam::DVec3;
 use crate::builtin::{BuiltinView, builtin_view};
 use crate::error::{Argument, Error};
 use crate::formats::bpt::read_bpt;
-use crate::formats::load::{LoadOptions, load};
+use crate::formats::load::{LoadOptions, builtin_name, load};
 use crate::random::{mix, uniform};
 use crate::scene::Scene;
 use crate::surfaces::Surfaces;
@@ -57,11 +58,12 @@ const RULES: [&str; 3] = ["teapot", "terrain", "field"];
 
 /// Whether a name is that of surfaces on demand: a `.bpt` file, or `builtin:` with teapot, terrain or field.
 #[must_use]
-pub fn names_surfaces(name: &str) -> bool {
-    name.strip_prefix("builtin:").is_some_and(|rule| RULES.contains(&rule)) || is_bpt(name)
+pub fn names_surfaces(name: impl AsRef<OsStr>) -> bool {
+    let name = name.as_ref();
+    builtin_name(name).is_some_and(|rule| RULES.contains(&rule)) || is_bpt(name)
 }
 
-fn is_bpt(name: &str) -> bool {
+fn is_bpt(name: &OsStr) -> bool {
     Path::new(name).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bpt"))
 }
 
@@ -69,13 +71,14 @@ fn is_bpt(name: &str) -> bool {
 ///
 /// # Errors
 /// When there is no such file or scene, its content cannot be taken, or the options do not suit it.
-pub fn load_surfaces(name: &str, options: SurfaceOptions) -> Result<SurfaceScene, Error> {
-    let rule = name.strip_prefix("builtin:").filter(|rule| RULES.contains(rule));
+pub fn load_surfaces(name: impl AsRef<OsStr>, options: SurfaceOptions) -> Result<SurfaceScene, Error> {
+    let name = name.as_ref();
+    let rule = builtin_name(name).filter(|rule| RULES.contains(rule));
     if !names_surfaces(name) {
         return SurfaceScene::of_mesh(load(name, options.load)?, options);
     }
     if options.subdivide || !options.displacement.is_none() {
-        return Err(Argument::NoMesh { name: name.to_owned() }.into());
+        return Err(Argument::NoMesh { name: name.to_string_lossy().into_owned() }.into());
     }
     let surfaces = match rule {
         Some("terrain") => Surfaces::Terrain(Terrain),
@@ -84,7 +87,7 @@ pub fn load_surfaces(name: &str, options: SurfaceOptions) -> Result<SurfaceScene
         None => Surfaces::Patches(read_bpt(Path::new(name))?),
     };
     let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let name = if is_bpt(name) { stem } else { name.to_owned() };
+    let name = if is_bpt(name) { stem } else { name.to_string_lossy().into_owned() };
     Ok(SurfaceScene { name, offset: DVec3::ZERO, surfaces, warnings: Vec::new(), colours: Vec::new() })
 }
 

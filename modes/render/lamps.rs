@@ -7,9 +7,10 @@
 //! Based on: Johann Heinrich Lambert, "Photometria", 1760 (the cosine law).
 
 use glam::DVec3;
-use umbel_core::{Frame, Hits, Options, Origin, Ray, Receiver, Triangles};
+use umbel_core::{Hits, Options, Origin, Ray, Receiver, Triangles};
 
 use crate::error::Error;
+use crate::render::queries::{Queries, timed};
 use crate::shadow::Receivers;
 use crate::shadow::receivers_of;
 
@@ -30,7 +31,7 @@ impl<'a> Lamps<'a> {
         lights: &'a [Origin],
         triangles: &Triangles<'_>,
         (ray, hits): (&(dyn Fn(usize) -> Ray + Sync), &Hits),
-        frame: &mut Frame,
+        queries: &mut Queries,
         options: &Options,
     ) -> Result<Self, Error> {
         if lights.is_empty() {
@@ -38,8 +39,9 @@ impl<'a> Lamps<'a> {
         }
         let of_ray = |ray: usize| hits.get(ray).map(|hit| hit.id);
         let receivers = receivers_of(triangles, ray, (hits.len(), &of_ray), lights)?;
+        let Queries { lit, time } = queries;
         Self::of((lights, receivers), hits.len(), |light, points| {
-            Ok(frame.shadowed(triangles, light, points, options)?.0)
+            Ok(timed(time, || lit.shadowed(triangles, light, points, options))?.0)
         })
     }
 

@@ -9,6 +9,7 @@
 pub mod bounce;
 pub(crate) mod lamps;
 pub mod point_cloud;
+pub(crate) mod queries;
 pub(crate) mod raster;
 pub(crate) mod shade;
 pub(crate) mod shading_normal;
@@ -24,12 +25,15 @@ pub use surfaces::{SurfaceBuffer, SurfaceLook, surface_preview, surface_visibili
 pub use verify::{Mark, Verification, verify, verify_buffer};
 pub use visible::{Visible, visible};
 
+use std::time::Duration;
+
 use rayon::prelude::*;
-use umbel_core::{Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Path, Ray, Stats, TileStats, closest_hit};
+use umbel_core::{Frame, Hit, Hits, NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, Stats, TileStats};
 
 use crate::error::Error;
 use crate::render::bounce::{Surroundings, WAVE};
 use crate::render::lamps::Lamps;
+use crate::render::queries::{Queries, timed};
 use crate::render::shade::{Shader, background_of};
 use crate::render::work::work_of;
 use crate::scene::Scene;
@@ -177,7 +181,7 @@ pub fn preview_lit(
     progress: impl FnMut(u32),
 ) -> Result<Vec<f32>, Error> {
     let look = Look { samples, lights: lights.to_vec(), bounces: Bounces::default() };
-    Ok(preview_with(scene, camera, buffer, &look, options, progress)?.0)
+    Ok(preview_with(scene, camera, buffer, &look, options, progress)?.linear)
 }
 
 /// How a preview is lit, and what is followed behind the camera's rays.
@@ -191,7 +195,19 @@ pub struct Look {
     pub bounces: Bounces,
 }
 
-/// The preview with lights, and with what mirrors and glass show.
+/// A preview, and what it took.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Preview {
+    /// Linear (r, g, b) of each pixel, row by row from the top.
+    pub linear: Vec<f32>,
+    /// What was followed behind the camera's rays, over all samples.
+    pub followed: Followed,
+    /// The time of the engine's queries: what further samples, lights and bounces see. The rest is shading.
+    pub engine: Duration,
+}
+
+/// The preview with lights, and with what mirrors and glass show. Further samples take one query each, in the memory and
+/// the order of the first.
 ///
 /// # Errors
 /// When the camera, the scene or a light is refused.
@@ -202,36 +218,56 @@ pub fn preview_with(
     look: &Look,
     options: &Options,
     mut progress: impl FnMut(u32),
-) -> Result<(Vec<f32>, Followed), Error> {
+) -> Result<Preview, Error> {
     let triangles = scene.geometry()?;
     let shader = Shader::new(scene, &triangles);
     let (lights, bounces, up) = (&look.lights[..], look.bounces, camera.up);
     let around = Surroundings { scene, triangles: &triangles, lights, bounces, up, options, wave: WAVE };
-    let (mut frame, mut followed) = (Frame::keeping_order(), Followed::default());
-    let mut shade = |seen: &VisibilityBuffer| {
-        let pencil = &seen.shot.pencil;
-        let lamps =
-            Lamps::new(lights, &triangles, (&|ray| pencil.ray(ray), &seen.hits), &mut frame, options)?;
-        let mut colours = seen.shade((&shader, &lamps, &around), camera);
-        followed.add(&around.follow(pencil, &seen.hits, &mut frame, &mut colours)?);
-        Ok::<_, Error>(seen.spread(&colours, &[0.0; 3]))
+    let (mut queries, mut followed) = (Queries::new(), Followed::default());
+    let mut shade = |shot: &Shot, hits: &Hits, queries: &mut Queries| {
+        let pencil = &shot.pencil;
+        let lamps = Lamps::new(lights, &triangles, (&|ray| pencil.ray(ray), hits), queries, options)?;
+        let mut colours = shade_rays(pencil, hits, (&shader, &lamps, &around), camera);
+        followed.add(&around.follow(pencil, hits, queries, &mut colours)?);
+        Ok::<_, Error>(spread(shot, buffer.pixels, &colours, &[0.0; 3]))
     };
     if look.samples <= 1 {
-        return Ok((shade(buffer)?, followed));
+        let linear = shade(&buffer.shot, &buffer.hits, &mut queries)?;
+        return Ok(Preview { linear, followed, engine: queries.time });
     }
-    let mut sum = vec![0.0; buffer.pixels * 3];
+    let mut linear = vec![0.0; buffer.pixels * 3];
+    let mut seen = Frame::keeping_order();
     for pass in 0..look.samples {
         let shot = camera.subpixel_shot(pass, look.samples)?;
-        let (hits, _) = closest_hit(&triangles, &shot.pencil, options)?;
-        let (tiles, pairs) = (Vec::new(), Vec::new());
-        let seen = VisibilityBuffer { shot, hits, tiles, pairs, pixels: buffer.pixels };
-        let pixels = shade(&seen)?;
-        sum.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
+        timed(&mut queries.time, || seen.closest_hit(&triangles, &shot.pencil, options))?;
+        let pixels = shade(&shot, seen.hits(), &mut queries)?;
+        linear.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
         progress(pass + 1);
     }
     let count = look.samples as f32;
-    sum.par_iter_mut().for_each(|value| *value /= count);
-    Ok((sum, followed))
+    linear.par_iter_mut().for_each(|value| *value /= count);
+    Ok(Preview { linear, followed, engine: queries.time })
+}
+
+/// The linear colours of all rays: what surfaces look like themselves, as far as they show that.
+fn shade_rays(
+    pencil: &Pencil,
+    hits: &Hits,
+    (shader, lamps, around): (&Shader<'_>, &Lamps<'_>, &Surroundings<'_>),
+    camera: &Camera,
+) -> Vec<f32> {
+    let of_ray = |k: usize| {
+        let ray = pencil.ray(k);
+        match hits.get(k) {
+            Some(hit) => {
+                let own = around.spawn(&ray, &hit).own;
+                let colour = shader.shade((k, &ray), &hit, camera.up, lamps);
+                [0, 1, 2].map(|c| own[c] * colour[c])
+            }
+            None => background_of(camera, k, &ray),
+        }
+    };
+    (0..hits.len()).into_par_iter().flat_map_iter(of_ray).collect()
 }
 
 impl VisibilityBuffer {
@@ -308,26 +344,6 @@ impl VisibilityBuffer {
         let of_ray = |k: usize| self.hits.get(k).map_or(miss, |hit| derive(&self.shot.pencil.ray(k), &hit));
         let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
         AovData::F32(C, self.spread(&values, &miss))
-    }
-
-    /// The linear colours of all rays: what surfaces look like themselves, as far as they show that.
-    fn shade(
-        &self,
-        (shader, lamps, around): (&Shader<'_>, &Lamps<'_>, &Surroundings<'_>),
-        camera: &Camera,
-    ) -> Vec<f32> {
-        let of_ray = |k: usize| {
-            let ray = self.shot.pencil.ray(k);
-            match self.hits.get(k) {
-                Some(hit) => {
-                    let own = around.spawn(&ray, &hit).own;
-                    let colour = shader.shade((k, &ray), &hit, camera.up, lamps);
-                    [0, 1, 2].map(|c| own[c] * colour[c])
-                }
-                None => background_of(camera, k, &ray),
-            }
-        };
-        (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect()
     }
 
     /// Values of rays, each of `miss.len()` numbers, as values of pixels; pixels without a ray get `miss`.

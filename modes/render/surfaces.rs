@@ -4,6 +4,8 @@
 //!
 //! Based on: Robert Cook, Loren Carpenter and Edwin Catmull, "The Reyes Image Rendering Architecture", 1987.
 
+use std::time::Duration;
+
 use rayon::prelude::*;
 use umbel_core::glam::DVec3;
 use umbel_core::{
@@ -12,11 +14,13 @@ use umbel_core::{
 
 use crate::error::Error;
 use crate::formats::load_surfaces::SurfaceScene;
+use crate::render::bounce::Followed;
 use crate::render::lamps::Lamps;
 use crate::render::point_cloud::{SeenPoint, seen_points};
+use crate::render::queries::timed;
 use crate::render::shade::{Appearance, background_of};
 use crate::render::work::work_of;
-use crate::render::{Aov, AovData, spread};
+use crate::render::{Aov, AovData, Preview, spread};
 use crate::scene::CLAY;
 use crate::scene::camera::{Camera, Shot};
 use crate::scene::hit_points::in_frame_of_file;
@@ -89,28 +93,30 @@ pub fn surface_preview(
     look: &SurfaceLook,
     (dicing, options): (&Dicing, &Options),
     mut progress: impl FnMut(u32),
-) -> Result<Vec<f32>, Error> {
-    let shade = |seen: &SurfaceBuffer| {
-        let lamps = seen.lamps(scene, look, (dicing, options))?;
+) -> Result<Preview, Error> {
+    let (mut engine, followed) = (Duration::ZERO, Followed::default());
+    let shade = |seen: &SurfaceBuffer, engine: &mut Duration| {
+        let lamps = seen.lamps(scene, look, (dicing, options), engine)?;
         Ok::<_, Error>(seen.shade((scene, camera), &lamps))
     };
     if look.samples <= 1 && look.jitter.is_none() {
-        return shade(buffer);
+        let linear = shade(buffer, &mut engine)?;
+        return Ok(Preview { linear, followed, engine });
     }
     let samples = look.samples.max(1);
-    let mut sum = vec![0.0; buffer.pixels * 3];
+    let mut linear = vec![0.0; buffer.pixels * 3];
     let (shot, hits) = (look.shot(camera, 0)?, SurfaceHits::default());
     let mut seen = SurfaceBuffer { shot, hits, pixels: buffer.pixels, offset: scene.offset };
     for pass in 0..samples {
         seen.shot = look.shot(camera, pass)?;
-        seen.see(scene, dicing, options)?;
-        let pixels = shade(&seen)?;
-        sum.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
+        timed(&mut engine, || seen.see(scene, dicing, options))?;
+        let pixels = shade(&seen, &mut engine)?;
+        linear.par_iter_mut().zip(pixels).for_each(|(sum, value)| *sum += value);
         progress(pass + 1);
     }
     let count = samples as f32;
-    sum.par_iter_mut().for_each(|value| *value /= count);
-    Ok(sum)
+    linear.par_iter_mut().for_each(|value| *value /= count);
+    Ok(Preview { linear, followed, engine })
 }
 
 impl SurfaceBuffer {
@@ -204,12 +210,13 @@ impl SurfaceBuffer {
         scene: &SurfaceScene,
         look: &'a SurfaceLook,
         (dicing, options): (&Dicing, &Options),
+        engine: &mut Duration,
     ) -> Result<Lamps<'a>, Error> {
         let lights = &look.lights[..];
         let receivers = if lights.is_empty() { Vec::new() } else { self.receivers(lights)? };
         let view = (&self.shot.pencil, dicing);
         Lamps::of((lights, receivers), self.hits.len(), |light, points| {
-            Ok(shadowed_on_demand(&scene.surfaces, view, light, points, options)?.0)
+            Ok(timed(engine, || shadowed_on_demand(&scene.surfaces, view, light, points, options))?.0)
         })
     }
 

@@ -6,7 +6,7 @@
 use umbel_core::{Dicing, Frame, Options, Origin, Pencil, Receiver, Stats, Triangles, shadowed_on_demand};
 
 use crate::error::Error;
-use crate::formats::load_surfaces::SurfaceScene;
+use crate::surfaces::Surfaces;
 
 /// What stands between lights and receivers.
 #[derive(Debug, Clone, Copy)]
@@ -14,7 +14,7 @@ pub struct Casters<'a> {
     /// Triangles, by which receivers name the ones that they lie on.
     pub triangles: &'a Triangles<'a>,
     /// Surfaces on demand, and how finely they are diced.
-    pub surfaces: &'a [&'a SurfaceScene],
+    pub surfaces: &'a [&'a Surfaces],
     /// How finely.
     pub dicing: Dicing,
 }
@@ -32,11 +32,10 @@ impl Casters<'_> {
         options: &Options,
     ) -> Result<(Vec<bool>, Stats), Error> {
         let (mut shadowed, mut stats) = frame.shadowed(self.triangles, light, receivers, options)?;
-        for scene in self.surfaces {
+        for surfaces in self.surfaces {
             let open: Vec<usize> = (0..receivers.len()).filter(|&place| !shadowed[place]).collect();
             let left: Vec<Receiver> = open.iter().map(|&place| receivers[place]).collect();
-            let (found, more) =
-                shadowed_on_demand(&scene.surfaces, (view, &self.dicing), light, &left, options)?;
+            let (found, more) = shadowed_on_demand(*surfaces, (view, &self.dicing), light, &left, options)?;
             open.into_iter().zip(found).for_each(|(place, found)| shadowed[place] = found);
             stats = stats.then(more);
         }

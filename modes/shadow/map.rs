@@ -26,6 +26,9 @@ const MARGIN: f64 = 1.000_001;
 /// How far before the scene a sun's film stands, in parts of the scene's size: what lies on the film itself is not hit.
 const STAND_OFF: f64 = 0.05;
 
+/// Rays up to which all films of a map are one query: those of a cube with faces of 2048 x 2048 texels.
+const ONE_QUERY: usize = 6 << 22;
+
 /// The rays of the six faces around a point light, `size` x `size` each.
 ///
 /// # Errors
@@ -51,8 +54,26 @@ pub fn cube_map(
     options: &Options,
 ) -> Result<(CubeMap, Stats), Error> {
     let pencil = cube_pencil(light, size)?;
-    let stats = frame.closest_hit(triangles, &pencil, options)?;
-    Ok((CubeMap::new(light, size, distances(triangles, &pencil, frame.hits()))?, stats))
+    let (mut stats, mut all) = (Stats::default(), Vec::with_capacity(pencil.len()));
+    for piece in in_pieces(&pencil)? {
+        stats = stats.then(frame.closest_hit(triangles, &piece, options)?);
+        all.append(&mut distances(triangles, &piece, frame.hits()));
+    }
+    Ok((CubeMap::new(light, size, all)?, stats))
+}
+
+/// A map's rays in the pieces that are asked one after the other: all together, or film by film where they are more than
+/// those of a cube with faces of 2048 x 2048 texels. So a large map takes 4 bytes a texel, and the work of one face beside that.
+/// The rays of all pieces, joined, are those of the pencil; a frame that keeps the order of the triangles serves the next.
+///
+/// # Errors
+/// None, as long as the pencil is one.
+pub fn in_pieces(pencil: &Pencil) -> Result<Vec<Pencil>, Error> {
+    if pencil.len() <= ONE_QUERY {
+        return Ok(vec![pencil.clone()]);
+    }
+    let piece = |film: &Film| Pencil::new(pencil.origin(), vec![film.clone()]);
+    Ok(pencil.films().iter().map(piece).collect::<Result<_, _>>()?)
 }
 
 impl CubeMap {
@@ -127,4 +148,33 @@ pub fn sun_pencil(bounds: &Aabb, toward: DVec3, size: u32) -> Result<Pencil, Err
     let start = centre - forward * (depth + STAND_OFF * (side + depth));
     let film = GridFilm::new(size, size, start, right * scale, up * scale)?;
     Ok(Pencil::new(Origin::Infinity(forward), vec![Film::Grid(film)])?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Film by film, a map has the rays and the distances of the whole.
+    #[test]
+    fn pieces_are_the_whole() {
+        let small = cube_pencil(DVec3::new(1.0, 2.0, 3.0), 8).expect("a cube");
+        assert_eq!(in_pieces(&small).expect("pieces"), [small]);
+        let scene = crate::builtin::builtin("cornell").expect("a scene");
+        let triangles = scene.geometry().expect("triangles");
+        let large = cube_pencil(DVec3::new(278.0, 400.0, 279.0), 2049).expect("a cube");
+        let pieces = in_pieces(&large).expect("pieces");
+        assert_eq!((pieces.len(), pieces[0].len()), (6, 2049 * 2049));
+        let (mut whole, mut kept) = (Frame::new(), Frame::keeping_order());
+        whole.closest_hit(&triangles, &large, &Options::default()).expect("hits");
+        for (piece, face) in pieces.iter().zip(0..) {
+            let first = face * piece.len();
+            kept.closest_hit(&triangles, piece, &Options::default()).expect("hits");
+            let ids = &whole.hits().ids()[first..first + piece.len()];
+            let of_piece = kept.hits();
+            assert!(of_piece.ids() == ids, "face {face}");
+            let ts = whole.hits().ts()[first..].iter().zip(of_piece.ts());
+            assert!(ts.clone().all(|(one, other)| one.to_bits() == other.to_bits()), "face {face}");
+            assert_eq!(piece.ray(77), large.ray(first + 77));
+        }
+    }
 }

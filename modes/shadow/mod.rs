@@ -20,14 +20,13 @@ pub mod samples;
 pub use casters::Casters;
 pub use compare::{MapErrors, compare_maps};
 pub use lookup::CubeMap;
-pub use map::{cube_map, cube_pencil, distances, face_matrices, sun_pencil, surface_distances};
+pub use map::{cube_map, cube_pencil, distances, face_matrices, in_pieces, sun_pencil, surface_distances};
 pub use samples::cube_answers;
 
 use glam::DVec3;
 use rayon::prelude::*;
 use umbel_core::{
     Frame, Hits, NO_TRIANGLE, Options, Origin, Pencil, Ray, Receiver, Side, TriangleId, Triangles,
-    closest_hit,
 };
 
 use crate::error::Error;
@@ -219,13 +218,13 @@ pub fn shadow_masks(
 ) -> Result<Vec<Vec<f32>>, Error> {
     let triangles = scene.geometry()?;
     let mut counts = MaskCounts::new(camera, lights.len());
-    let mut frame = Frame::keeping_order();
+    let (mut seen, mut frame) = (Frame::keeping_order(), Frame::keeping_order());
     let samples = u32::from(samples.max(1));
     for pass in 0..samples {
         let shot = camera.subpixel_shot(pass, samples)?;
-        let (hits, _) = closest_hit(&triangles, &shot.pencil, options)?;
-        let receivers = receivers(&triangles, &shot.pencil, &hits, lights)?;
-        counts.add_seen(&shot, hits.ids());
+        seen.closest_hit(&triangles, &shot.pencil, options)?;
+        let receivers = receivers(&triangles, &shot.pencil, seen.hits(), lights)?;
+        counts.add_seen(&shot, seen.hits().ids());
         for (index, (&light, receivers)) in lights.iter().zip(&receivers).enumerate() {
             let (shadowed, _) = frame.shadowed(&triangles, light, &receivers.points, options)?;
             counts.add_lit(&shot, index, receivers, &shadowed);

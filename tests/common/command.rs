@@ -1,5 +1,6 @@
 //! The command in a directory of its own, and arrays read back from files.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
@@ -37,7 +38,12 @@ impl Place {
 
     /// Runs `umbel` with the words of `line`. The streams are pipes, so there is no terminal.
     pub fn run(&self, line: &str) -> Run {
-        let words = line.split_whitespace();
+        let words: Vec<&str> = line.split_whitespace().collect();
+        self.run_words(&words)
+    }
+
+    /// The same with words that may hold blanks, or bytes that are no UTF-8.
+    pub fn run_words(&self, words: &[impl AsRef<OsStr>]) -> Run {
         let mut command = Command::new(self.binary);
         command.args(words).current_dir(self.directory.path());
         let output = command.env_remove("UMBEL_THREADS").output();

@@ -250,7 +250,6 @@ fn the_engine_keeps_its_layers() {
 }
 
 #[test]
-#[ignore = "its arrows are being turned"]
 fn the_library_keeps_its_layers() {
     let library = sources("modes", "modes/cli");
     let broken = [arrows(&library, &LIBRARY, &[]), circles(&library)].concat();
@@ -258,7 +257,6 @@ fn the_library_keeps_its_layers() {
 }
 
 #[test]
-#[ignore = "its arrows are being turned"]
 fn the_command_has_no_circles() {
     let broken = circles(&sources("modes/cli", ""));
     assert!(broken.is_empty(), "{}", broken.join("\n"));

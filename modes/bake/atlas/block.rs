@@ -1,8 +1,8 @@
 //! Some rows of an atlas, texel by texel: which triangles touch each, and what they hold of it.
 //!
 //! A row takes its triangles in the order of (chart, triangle) and sorts what they touch by columns, by counting. A column that
-//! charts have *filled*, with a triangle that holds its whole texel, as often as the caller cares for is closed: triangles of
-//! other charts no longer enter it, and those whose columns are all closed cost nothing. So textures that repeat, where
+//! charts have *filled*, so that their triangles together hold all of its sub-positions, as often as the caller cares for is
+//! closed: triangles of other charts no longer enter it, and those whose columns are all closed cost nothing. So textures that repeat, where
 //! thousands of triangles lie on top of each other, are no worse than others. Closed columns are skipped by a union-find
 //! over the row.
 //!
@@ -40,8 +40,8 @@ struct Touch {
     column: u32,
     /// Into the triangles of the block.
     index: u32,
-    /// Whether the whole texel lies in its interior.
-    fills: bool,
+    /// One bit for each sub-position of the texel that it holds.
+    held: u64,
 }
 
 /// Some rows of an layout.
@@ -69,7 +69,7 @@ impl<'a> Block<'a> {
     }
 
     /// Calls a function with the place (column, row) of each texel that is touched and with the shares of the triangles that
-    /// touch it, in the order of (chart, triangle). Once triangles have filled a texel `most_fills` times, later charts are
+    /// touch it, in the order of (chart, triangle). Once charts have filled a texel `most_fills` times, later charts are
     /// left out there.
     pub(crate) fn for_each_texel(&mut self, most_fills: u32, mut texel: impl FnMut((u32, u32), &[Share])) {
         let mut shares = Vec::new();
@@ -78,10 +78,8 @@ impl<'a> Block<'a> {
             let touches = by_column(&self.touches(line, most_fills), self.layout.size());
             for of_texel in touches.chunk_by(|one, other| one.column == other.column) {
                 let column = of_texel[0].column;
-                let share = |touch: &Touch| {
-                    let share = self.triangles[touch.index as usize].share;
-                    Share { held: self.held(&share.footprint, touch, line), ..share }
-                };
+                let share =
+                    |touch: &Touch| Share { held: touch.held, ..self.triangles[touch.index as usize].share };
                 shares.clear();
                 shares.extend(of_texel.iter().map(share));
                 texel((column, row), &shares);
@@ -92,13 +90,12 @@ impl<'a> Block<'a> {
     /// The triangles that touch the texels of a line, in the order of (chart, triangle), without what is closed to them.
     fn touches(&self, line: u32, most_fills: u32) -> Vec<Touch> {
         let mut touches: Vec<Touch> = Vec::new();
-        let mut open = OpenColumns::new(self.layout.size(), most_fills);
+        let mut open = OpenColumns::new(self.layout.size(), most_fills, self.all_samples());
         let (mut chart, mut first_of_chart) = (0, 0);
         for (index, listed) in (0_u32..).zip(&self.triangles) {
             if listed.share.chart != chart {
                 // Columns close between charts, so that the triangles of one stay together.
-                let filled = touches[first_of_chart..].iter().filter(|touch| touch.fills);
-                filled.for_each(|touch| open.fill(touch.column));
+                open.close(&touches[first_of_chart..]);
                 (chart, first_of_chart) = (listed.share.chart, touches.len());
             }
             let is_off = !listed.lines.contains(&line);
@@ -110,23 +107,26 @@ impl<'a> Block<'a> {
             let interior = footprint.interior(line, span.clone());
             let mut column = open.next(span.start);
             while column < span.end {
-                touches.push(Touch { column, index, fills: interior.contains(&column) });
+                let is_whole = interior.contains(&column);
+                let held = if is_whole { self.all_samples() } else { self.held(footprint, column, line) };
+                touches.push(Touch { column, index, held });
                 column = open.next(column + 1);
             }
         }
         touches
     }
 
-    /// The sub-positions of its texel that a triangle holds.
-    fn held(&self, footprint: &Footprint, touch: &Touch, line: u32) -> u64 {
-        let samples = self.layout.samples();
-        if touch.fills {
-            return u64::MAX >> (u64::BITS as usize - samples.len());
-        }
+    /// A bit for each sub-position.
+    fn all_samples(&self) -> u64 {
+        u64::MAX >> (u64::BITS as usize - self.layout.samples().len())
+    }
+
+    /// The sub-positions of a texel that a triangle holds.
+    fn held(&self, footprint: &Footprint, column: u32, line: u32) -> u64 {
         let holds = |sample: &Point| {
-            footprint.holds(Point { x: f64::from(touch.column) + sample.x, y: f64::from(line) + sample.y })
+            footprint.holds(Point { x: f64::from(column) + sample.x, y: f64::from(line) + sample.y })
         };
-        let bits = (0..).zip(samples).filter(|&(_, sample)| holds(sample));
+        let bits = (0..).zip(self.layout.samples()).filter(|&(_, sample)| holds(sample));
         bits.fold(0, |held, (k, _): (u32, _)| held | 1 << k)
     }
 }
@@ -153,11 +153,28 @@ struct OpenColumns {
     ahead: Vec<u32>,
     /// How many times each column is yet to be filled.
     left: Vec<u32>,
+    /// What the chart at hand holds of each column; 0 between charts.
+    held: Vec<u64>,
+    /// A bit for each sub-position.
+    all: u64,
 }
 
 impl OpenColumns {
-    fn new(size: u32, most_fills: u32) -> Self {
-        Self { ahead: (0..=size).collect(), left: vec![most_fills; size as usize] }
+    fn new(size: u32, most_fills: u32, all: u64) -> Self {
+        let held = vec![0; size as usize];
+        Self { ahead: (0..=size).collect(), left: vec![most_fills; size as usize], held, all }
+    }
+
+    /// Fills the columns of which a chart, given by all of its touches, holds everything.
+    fn close(&mut self, touches: &[Touch]) {
+        for &Touch { column, held, .. } in touches {
+            let before = self.held[column as usize];
+            self.held[column as usize] |= held;
+            if before != self.all && before | held == self.all {
+                self.fill(column);
+            }
+        }
+        touches.iter().for_each(|touch| self.held[touch.column as usize] = 0);
     }
 
     /// The first open column from one on, or the end. Halves the path to it.

@@ -123,6 +123,15 @@ impl<'a> Atlas<'a> {
         self.layout.charts.turns.len() as u32
     }
 
+    /// The area of all charts in the texture, wherever they lie and however often they lie on each other: 1 is that of the
+    /// image. O(triangles) time.
+    #[must_use]
+    pub fn charts_area(&self) -> f64 {
+        let ids = (0_u32..).zip(&self.layout.scene.triangles).map(|(id, _)| TriangleId(id));
+        // One after the other: a sum in parts would depend on the number of threads.
+        ids.filter_map(|id| self.layout.scene.uv_corners(id)).map(area).fold(0.0, |sum, area| sum + area)
+    }
+
     /// The chart of a triangle; `None` for one without texture coordinates. Ids rise with the first triangles of the charts.
     ///
     /// # Panics
@@ -221,6 +230,12 @@ impl<'a> Atlas<'a> {
             }));
         }
     }
+}
+
+/// The area of a triangle of texture coordinates.
+fn area(corners: [[f32; 2]; 3]) -> f64 {
+    let [a, b, c] = corners.map(|corner| corner.map(f64::from));
+    0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])).abs()
 }
 
 /// The shares of the chart that holds most sub-positions, the first of equals; none where none holds any.

@@ -127,10 +127,12 @@ fn cut(sides: &[[Point; 2]; 3], line: u32, mut columns: Range<u32>, reach: Reach
             let side = orient2d(a, b, Point { x: f64::from(x), y });
             if fills { side > 0.0 } else { side >= 0.0 }
         };
+        // About where the side crosses; the exact search starts there.
+        let near = a.x + (y - a.y) * ((b.x - a.x) / (b.y - a.y));
         if b.y < a.y {
-            columns.start = first(columns.clone(), |column| reaches(column + u32::from(!fills)));
+            columns.start = first_near(&columns, near, |column| reaches(column + u32::from(!fills)));
         } else if b.y > a.y {
-            columns.end = first(columns.clone(), |column| !reaches(column + u32::from(fills)));
+            columns.end = first_near(&columns, near, |column| !reaches(column + u32::from(fills)));
         } else if !reaches(columns.start) {
             columns.end = columns.start;
         }
@@ -157,6 +159,37 @@ fn first(range: Range<u32>, holds: impl Fn(u32) -> bool) -> u32 {
         if holds(middle) { to = middle } else { from = middle + 1 }
     }
     from
+}
+
+/// The same, sought outward from a guess in steps that double: O(log distance) from it.
+///
+/// Based on: Jon Bentley and Andrew Yao, "An Almost Optimal Algorithm for Unbounded Searching", 1976.
+fn first_near(range: &Range<u32>, guess: f64, holds: impl Fn(u32) -> bool) -> u32 {
+    // In range after the clamp; what is no number becomes 0.
+    let guess = (guess.clamp(f64::from(range.start), f64::from(range.end)) as u32).max(range.start);
+    let (mut from, mut to, mut step) = (range.start, range.end, 1_u32);
+    if guess == range.end || holds(guess) {
+        to = guess;
+        while to > from {
+            let lower = to.saturating_sub(step).max(from);
+            if !holds(lower) {
+                from = lower + 1;
+                break;
+            }
+            (to, step) = (lower, step.saturating_mul(2));
+        }
+    } else {
+        from = guess + 1;
+        while from < to {
+            let upper = from.saturating_add(step - 1).min(to - 1);
+            if holds(upper) {
+                to = upper;
+                break;
+            }
+            (from, step) = (upper + 1, step.saturating_mul(2));
+        }
+    }
+    first(from..to, holds)
 }
 
 /// Whether p + (ε, ε²) lies strictly on the left of ab.

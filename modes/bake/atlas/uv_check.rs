@@ -22,12 +22,14 @@ const FILLS: u32 = 4;
 const LISTED_TILES: usize = 4;
 
 /// Counts of what an atlas covers and of what is odd in it.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct UvCheck {
     /// Texels of the image.
     pub texels: u64,
     /// Texels with a receiver.
     pub covered: u64,
+    /// The area of all charts in the texture, wherever they lie, in images: [`Atlas::charts_area`].
+    pub charts_area: f64,
     /// Texels in which several triangles hold one sub-position.
     pub overlapping: u64,
     /// Those in which one of these triangles is mirrored and another is not. Where more than four fill the texel, it is found
@@ -66,6 +68,7 @@ pub fn check_uvs(atlas: &Atlas<'_>) -> UvCheck {
     let mut check = UvCheck {
         texels: u64::from(atlas.size()) * u64::from(atlas.size()),
         covered,
+        charts_area: atlas.charts_area(),
         overlapping,
         mirrored_overlap,
         triangles: scene.triangles.len(),
@@ -134,6 +137,14 @@ fn other_tiles(atlas: &Atlas<'_>) -> Vec<([i64; 2], u32)> {
 }
 
 impl UvCheck {
+    /// The part of the charts' area that has texels of its own, at most 1: what repeats, overlaps, or lies outside of the
+    /// image has none. 1/2 where every chart lies on its mirrored other half.
+    #[must_use]
+    pub fn own_part(&self) -> f64 {
+        let covered = self.covered as f64 / self.texels as f64;
+        if self.charts_area > covered { covered / self.charts_area } else { 1.0 }
+    }
+
     /// What a user should know before baking, one sentence each, with what to do about it.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {

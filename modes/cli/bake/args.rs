@@ -1,15 +1,16 @@
 //! `umbel bake` on the command line.
 
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use glam::DVec3;
 use umbel::bake::{AtlasOptions, BakeOptions};
 use umbel::files::GrayBits;
 use umbel::formats::names_surfaces;
 use umbel::{Error, Scene};
 
-use crate::bake::gltf;
+use crate::bake::into::{FORMATS, IntoArg};
 use crate::bake::sampling_args::SamplingArgs;
 use crate::options::camera::refuse_first;
 use crate::options::dial::DialArgs;
@@ -24,7 +25,7 @@ pub(crate) const MARGIN: u32 = 16;
 pub(crate) struct BakeArgs {
     /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
-    pub(crate) scene: String,
+    pub(crate) scene: OsString,
 
     /// Texels as .png, .exr or .npy; vertices and points as .npy, or as .ply with positions, faces and gray; .glb and .gltf are the
     /// scene's own file with openness in it. NaN in arrays, and white in a PNG, is where nothing was baked
@@ -64,13 +65,6 @@ pub(crate) struct BakeArgs {
     pub(crate) dial: DialArgs,
 }
 
-/// Where a glTF file has openness at vertices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum IntoArg {
-    Ao,
-    Color0,
-}
-
 /// What is baked.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Receivers")]
@@ -86,6 +80,11 @@ pub(crate) struct ReceiverArgs {
     /// Texels around each chart that take the nearest value, in images [default: 16]
     #[arg(long, value_name = "N")]
     pub(crate) margin: Option<u32>,
+
+    /// Bake a texture even where less than half of the charts' area has texels of its own, because charts repeat, overlap
+    /// or lie outside of the image. It is refused otherwise: most surfaces would show what belongs to others, or nothing
+    #[arg(long)]
+    pub(crate) allow_overlap: bool,
 
     /// Bake the vertices of the scene, in file order
     #[arg(long, conflicts_with = "points")]
@@ -126,7 +125,7 @@ pub(crate) struct OccluderArgs {
 
     /// Another scene that occludes this one and is not baked, surfaces on demand included; may be given several times
     #[arg(long = "occluders", value_name = "SCENE")]
-    pub(crate) scenes: Vec<String>,
+    pub(crate) scenes: Vec<OsString>,
 
     #[command(flatten)]
     pub(crate) made: MadeArgs,
@@ -160,7 +159,7 @@ impl OccluderArgs {
     }
 
     /// Whether a further scene is made of surfaces on demand.
-    pub(crate) fn is_on_demand(&self, name: &str) -> bool {
+    pub(crate) fn is_on_demand(&self, name: &OsStr) -> bool {
         self.made.is_given() || names_surfaces(name)
     }
 
@@ -179,7 +178,7 @@ impl BakeArgs {
         let (receivers, target) = (&self.receivers, self.target());
         let texels = matches!(target, Target::Texels(_));
         let output = self.output.as_deref().map(extension).unwrap_or_default();
-        let is_gltf = gltf::FORMATS.contains(&output.as_str());
+        let is_gltf = FORMATS.contains(&output.as_str());
         refuse_first(&[
             (
                 self.outputs().next().is_none(),
@@ -202,6 +201,7 @@ impl BakeArgs {
             (!texels && receivers.texel_samples.is_some(), "--texel-samples goes with --texels"),
             (!texels && receivers.margin.is_some(), "--margin goes with --texels"),
             (!texels && self.coverage.is_some(), "--coverage goes with --texels"),
+            (!texels && receivers.allow_overlap, "--allow-overlap goes with --texels"),
             (
                 !(texels && (output == "png" || is_gltf)) && self.bits.is_some(),
                 "--bits goes with --texels and -o FILE.png, .glb or .gltf",
@@ -227,8 +227,8 @@ impl BakeArgs {
         }
         let images: &[&str] = &["png", "exr", "npy"];
         let of_output = match target {
-            Target::Texels(_) => [images, gltf::FORMATS].concat(),
-            Target::Vertices => [&["npy", "ply"], gltf::FORMATS].concat(),
+            Target::Texels(_) => [images, FORMATS].concat(),
+            Target::Vertices => [&["npy", "ply"], FORMATS].concat(),
             Target::Points(_) => vec!["npy", "ply"],
         };
         let named = [("-o", &self.output, &of_output[..]), ("--coverage", &self.coverage, images)];

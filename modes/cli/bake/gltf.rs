@@ -1,18 +1,16 @@
 //! Openness back into the glTF file that the scene was read from: as a texture, or at the vertices.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use umbel::formats::{GltfFile, GltfOptions, VertexTarget};
 use umbel::{Error, LoadOptions, Scene};
 
-use crate::bake::args::{BakeArgs, IntoArg};
+use crate::bake::into::{FORMATS, IntoArg};
 use crate::common::Common;
 use crate::options::parse::extension;
 use crate::report::{Times, timed};
 use crate::run::{print_warnings, say};
-
-/// The formats that can take openness.
-pub(crate) const FORMATS: &[&str] = &["glb", "gltf"];
 
 /// The file of the scene, that becomes an output.
 pub(crate) struct Patched(GltfFile);
@@ -20,20 +18,20 @@ pub(crate) struct Patched(GltfFile);
 impl Patched {
     /// Reads the scene with its file, if the output is such a file. Nothing else is read then.
     pub(crate) fn load(
-        args: &BakeArgs,
+        scene: &OsStr,
+        output: Option<&Path>,
         common: &Common,
         times: &mut Times,
     ) -> Result<Option<(Self, Scene)>, Error> {
-        let Some(output) = args.output.as_deref().filter(|path| FORMATS.contains(&extension(path).as_str()))
-        else {
+        let Some(output) = output.filter(|path| FORMATS.contains(&extension(path).as_str())) else {
             return Ok(None);
         };
-        let scene = Path::new(&args.scene);
+        let scene = Path::new(scene);
         if !FORMATS.contains(&extension(scene).as_str()) {
             return Err(Error::Usage(format!(
                 "{}: openness goes back into the file of the scene, and {} is no glTF; take .png or .ply",
                 output.display(),
-                args.scene
+                scene.display()
             )));
         }
         let LoadOptions { drop_non_finite, allow_outside, max_memory } = common.load_options();

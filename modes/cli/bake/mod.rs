@@ -7,11 +7,13 @@ pub(crate) mod dial;
 pub(crate) mod files;
 #[cfg_attr(not(feature = "gltf"), path = "no_gltf.rs")]
 pub(crate) mod gltf;
+pub(crate) mod into;
 pub(crate) mod run;
 pub(crate) mod sample;
 pub(crate) mod sampling_args;
 pub(crate) mod source;
 
+use std::ffi::{OsStr, OsString};
 use std::time::Instant;
 
 use glam::DVec3;
@@ -38,6 +40,10 @@ use crate::run::{load_scene, print_run, say};
 /// The most bytes that a piece takes where the user sets no limit.
 const PIECE_BYTES: u64 = 1 << 30;
 
+/// The least part of the charts' area that must have texels of its own. Where all charts lie on their mirrored other halves it
+/// is just reached: such textures are common, and of use where both halves look alike.
+const OWN_PART: f64 = 0.5;
+
 /// Bytes that the engine takes for each triangle: its corners in order, and what it covers, per thread.
 fn triangle_bytes() -> u64 {
     42 + 48 * rayon::current_num_threads() as u64
@@ -59,7 +65,7 @@ pub(crate) struct Plan {
 pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     args.check()?;
     let (mut times, start) = (Times::default(), Instant::now());
-    let (scene, patched) = match Patched::load(args, common, &mut times)? {
+    let (scene, patched) = match Patched::load(&args.scene, args.output.as_deref(), common, &mut times)? {
         Some((patched, scene)) => (scene, Some(patched)),
         None => (load_scene(&args.scene, common, &mut times)?, None),
     };
@@ -74,7 +80,7 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     }
     let triangles = occluders.geometry()?;
     let source = timed(&mut times.receivers, || Source::new(args, &scene))?;
-    warn(&source, common);
+    timed(&mut times.check, || check_texture(&source, args, common))?;
     let dial = Dial { options, source: &source, triangles: &triangles, piece: plan.piece, common, start };
     let (choice, done) = args.dial.goal().map(|goal| dial.choose(goal)).transpose()?.unzip();
     if let Some(choice) = &choice {
@@ -140,7 +146,7 @@ pub(crate) fn occluders<'a>(
 /// The further scenes that are surfaces on demand.
 fn surfaces(args: &OccluderArgs, common: &Common) -> Result<Vec<SurfaceScene>, Error> {
     let load = common.load_options();
-    let read = |name: &String| {
+    let read = |name: &OsString| {
         let made = if names_surfaces(name) {
             SurfaceOptions::default()
         } else {
@@ -191,10 +197,36 @@ pub(crate) fn vertices_forecast(scene: &Scene) -> Result<u64, Error> {
     Ok(extent.bytes + piece + triangle_bytes() * scene.triangles.len() as u64)
 }
 
-/// Says what is odd about texture coordinates.
-fn warn(source: &Source<'_>, common: &Common) {
-    if let (Source::Texels(atlas, _), false) = (source, common.quiet) {
-        say(&check_uvs(atlas).warnings(), common);
+/// Says what is odd about texture coordinates, and refuses those of which most have no texels of their own.
+fn check_texture(source: &Source<'_>, args: &BakeArgs, common: &Common) -> Result<(), Error> {
+    let Source::Texels(atlas, _) = source else { return Ok(()) };
+    let (is_allowed, area) = (args.receivers.allow_overlap, atlas.charts_area());
+    // So much area has too few texels, however it lies.
+    if !is_allowed && area * OWN_PART > 1.0 {
+        return Err(useless_texture(&args.scene, area, 1.0 / area));
+    }
+    if is_allowed && common.quiet {
+        return Ok(());
+    }
+    let found = check_uvs(atlas);
+    say(&found.warnings(), common);
+    let own = found.own_part();
+    if !is_allowed && own < OWN_PART { Err(useless_texture(&args.scene, area, own)) } else { Ok(()) }
+}
+
+/// Why a texture is refused, and what to do instead.
+fn useless_texture(scene: &OsStr, area: f64, own: f64) -> Error {
+    Error::Input {
+        path: scene.into(),
+        line: None,
+        problem: format!(
+            "at most {:.1} % of the charts would have texels of its own in this texture: they have {area:.2} times \
+             the area of the image, and repeat, overlap or lie outside",
+            own * 100.0
+        ),
+        remedy: "Bake per vertex with --vertices, unwrap the mesh without overlap, or give --allow-overlap to bake it all \
+                 the same."
+            .into(),
     }
 }
 

@@ -1,21 +1,24 @@
 //! What stands for [`crate::bake::gltf`] in a build without glTF: no file takes openness back.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use umbel::{Error, Scene};
 
-use crate::bake::args::{BakeArgs, IntoArg};
+use crate::bake::into::IntoArg;
 use crate::common::Common;
 use crate::report::Times;
-
-/// The formats that can take openness: none.
-pub(crate) const FORMATS: &[&str] = &[];
 
 /// There is no such file.
 pub(crate) enum Patched {}
 
 impl Patched {
-    pub(crate) fn load(_: &BakeArgs, _: &Common, _: &mut Times) -> Result<Option<(Self, Scene)>, Error> {
+    pub(crate) fn load(
+        _: &OsStr,
+        _: Option<&Path>,
+        _: &Common,
+        _: &mut Times,
+    ) -> Result<Option<(Self, Scene)>, Error> {
         Ok(None)
     }
 

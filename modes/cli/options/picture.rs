@@ -1,9 +1,12 @@
 //! The files of a picture on the command line: what is written, where to, and what cannot be meant.
 
 use std::collections::HashSet;
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::{OsStringValueParser, TypedValueParser as _};
+use clap_lex::OsStrExt as _;
 use umbel::{Aov, Error};
 
 use crate::options::parse::extension;
@@ -19,7 +22,7 @@ pub(crate) struct PictureArgs {
     pub(crate) output: Option<PathBuf>,
 
     /// id, depth, distance, normal, position, bary, uv, object or work (a heat map): NAME=FILE.npy, or NAME alone to add it to the EXR
-    #[arg(long = "aov", value_name = "NAME[=FILE.npy]", value_parser = parse_aov)]
+    #[arg(long = "aov", value_name = "NAME[=FILE.npy]", value_parser = OsStringValueParser::new().try_map(parse_aov))]
     pub(crate) aovs: Vec<(Aov, Option<PathBuf>)>,
 
     /// Samples per pixel of the preview; AOVs are those of the pixel centre
@@ -88,12 +91,13 @@ fn name(aov: Aov) -> String {
 }
 
 /// "NAME" or "NAME=FILE.npy".
-fn parse_aov(text: &str) -> Result<(Aov, Option<PathBuf>), String> {
-    let (name, file) = match text.split_once('=') {
+fn parse_aov(text: OsString) -> Result<(Aov, Option<PathBuf>), String> {
+    let (name, file) = match text.split_once("=") {
         Some((name, file)) => (name, Some(file)),
-        None => (text, None),
+        None => (text.as_os_str(), None),
     };
-    let aov = match name {
+    let name = name.to_string_lossy();
+    let aov = match &*name {
         "id" => Aov::Id,
         "depth" => Aov::Depth,
         "distance" => Aov::Distance,
@@ -110,8 +114,8 @@ fn parse_aov(text: &str) -> Result<(Aov, Option<PathBuf>), String> {
         }
     };
     match file {
-        Some(file) if !file.to_ascii_lowercase().ends_with(".npy") => {
-            Err(format!("{file}: an AOV is written as .npy"))
+        Some(file) if !file.to_ascii_lowercase().as_encoded_bytes().ends_with(b".npy") => {
+            Err(format!("{}: an AOV is written as .npy", file.display()))
         }
         file => Ok((aov, file.map(PathBuf::from))),
     }

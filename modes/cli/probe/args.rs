@@ -1,7 +1,9 @@
 //! `umbel probe` on the command line.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
+use clap::builder::{OsStringValueParser, TypedValueParser as _};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use umbel::{Camera, Error, Lens};
@@ -25,7 +27,7 @@ const ELEVATIONS: [f64; 2] = [-15.0, 15.0];
 pub(crate) struct ProbeArgs {
     /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
-    pub(crate) scene: String,
+    pub(crate) scene: OsString,
 
     #[command(flatten)]
     pub(crate) picture: PictureArgs,
@@ -35,7 +37,7 @@ pub(crate) struct ProbeArgs {
     pub(crate) center: DVec3,
 
     /// A LiDAR instead of a lens: rings=N,columns=N[,fov=LOWER..UPPER], elevations in degrees (default -15..15); or directions in world axes, an array (N, 3) of f4 or f8 in FILE.npy
-    #[arg(long, value_name = "PATTERN", value_parser = parse_pattern, conflicts_with = "lens", help_heading = "Camera")]
+    #[arg(long, value_name = "PATTERN", value_parser = OsStringValueParser::new().try_map(parse_pattern), conflicts_with = "lens", help_heading = "Camera")]
     pub(crate) pattern: Option<PatternArg>,
 
     /// The lens
@@ -152,10 +154,11 @@ impl ProbeArgs {
 }
 
 /// "FILE.npy", or "rings=N,columns=N" with an optional ",fov=LOWER..UPPER".
-fn parse_pattern(text: &str) -> Result<PatternArg, String> {
-    if text.to_ascii_lowercase().ends_with(".npy") {
+fn parse_pattern(text: OsString) -> Result<PatternArg, String> {
+    if text.to_ascii_lowercase().as_encoded_bytes().ends_with(b".npy") {
         return Ok(PatternArg::File(PathBuf::from(text)));
     }
+    let text = text.to_string_lossy();
     let expected = || "expected rings=N,columns=N[,fov=LOWER..UPPER], or FILE.npy".to_owned();
     let (mut rings, mut columns, mut elevations) = (None, None, None);
     for part in text.split(',') {

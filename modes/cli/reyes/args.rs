@@ -1,8 +1,10 @@
 //! `umbel reyes` on the command line.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use clap::builder::{OsStringValueParser, TypedValueParser as _};
 use glam::DVec3;
 use umbel::engine::Dicing;
 use umbel::formats::SurfaceOptions;
@@ -18,7 +20,7 @@ use crate::options::picture::PictureArgs;
 pub(crate) struct ReyesArgs {
     /// A mesh (.obj, .gltf, .glb), Bezier patches (.bpt), builtin:teapot, builtin:terrain, builtin:field, or a built-in mesh
     #[arg(default_value = "builtin:teapot")]
-    pub(crate) scene: String,
+    pub(crate) scene: OsString,
 
     #[command(flatten)]
     pub(crate) picture: PictureArgs,
@@ -59,7 +61,7 @@ pub(crate) struct SurfaceArgs {
 #[command(next_help_heading = "Surfaces")]
 pub(crate) struct MadeArgs {
     /// Displace a mesh along its normals, by --height world units where the map is 1: MAP.png or .exr by texture coordinates, white is 1, or noise:FREQUENCY[,SEED[,OCTAVES]] with cells of 1/FREQUENCY units
-    #[arg(long, value_name = "MAP.png|MAP.exr|noise:F,SEED", value_parser = parse_relief, requires = "height")]
+    #[arg(long, value_name = "MAP.png|MAP.exr|noise:F,SEED", value_parser = OsStringValueParser::new().try_map(parse_relief), requires = "height")]
     displace: Option<ReliefArg>,
 
     /// Take the mesh for the cage of a Catmull-Clark surface
@@ -79,8 +81,8 @@ enum ReliefArg {
 }
 
 /// "MAP.png" or "noise:FREQUENCY[,SEED[,OCTAVES]]".
-fn parse_relief(text: &str) -> Result<ReliefArg, String> {
-    let Some(noise) = text.strip_prefix("noise:") else {
+fn parse_relief(text: OsString) -> Result<ReliefArg, String> {
+    let Some(noise) = text.to_str().and_then(|text| text.strip_prefix("noise:")) else {
         return Ok(ReliefArg::Map(PathBuf::from(text)));
     };
     let wrong = || {

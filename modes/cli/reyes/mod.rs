@@ -26,7 +26,7 @@ impl ReyesArgs {
 
     /// The camera that was asked for; of a built-in scene its curated view, of others one that frames them.
     pub(crate) fn framing(&self, scene: &SurfaceScene) -> Result<Camera, Error> {
-        let view = self.scene.strip_prefix("builtin:").and_then(surface_view);
+        let view = self.scene.to_str().and_then(|name| name.strip_prefix("builtin:")).and_then(surface_view);
         self.camera.framing_of(&scene.bounds(), view, (self.surfaces.film_height(&self.camera), scene.offset))
     }
 }
@@ -63,7 +63,7 @@ pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
     let mut hash = blake3::Hasher::new();
     let samples = look.samples;
     let bar = progress(samples, "samples", common);
-    let linear = match &output {
+    let seen = match &output {
         Some(_) if !args.picture.is_point_cloud() => Some(timed(&mut times.shade, || {
             surface_preview(&scene, &camera, &buffer, &look, (&dicing, &options), |pass| {
                 bar.set_position(u64::from(pass));
@@ -71,6 +71,7 @@ pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
         })?),
         _ => None,
     };
+    let linear = seen.map(|seen| times.take_preview(seen).0);
     bar.finish_and_clear();
     let files = Files { args: &args.picture, output, look: Look::default() };
     timed(&mut times.write, || Picture { shape, seen: &buffer }.write(&files, linear, &mut hash))?;

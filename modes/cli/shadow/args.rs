@@ -1,5 +1,6 @@
 //! Shadows on the command line.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -18,7 +19,7 @@ const COMPARED_SIZES: [u32; 4] = [256, 512, 1024, 2048];
 pub(crate) struct ShadowArgs {
     /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell; or surfaces on demand, as `umbel reyes` has them
     #[arg(default_value = "builtin:umbel")]
-    pub(crate) scene: String,
+    pub(crate) scene: OsString,
 
     /// The map of distances that the light sees: a cube as .npy, .exr, .ktx2 or .png (to look at), a sun's square map as
     /// .npy, .exr or .png. Several lights need {light} in the name, or .npy
@@ -47,7 +48,7 @@ pub(crate) struct ShadowArgs {
 
     /// Another scene that casts shadows and is not seen in the mask, surfaces on demand included; may be given several times
     #[arg(long, value_name = "SCENE")]
-    pub(crate) occluders: Vec<String>,
+    pub(crate) occluders: Vec<OsString>,
 
     #[command(flatten)]
     pub(crate) surfaces: SurfaceArgs,

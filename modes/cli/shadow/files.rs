@@ -1,7 +1,9 @@
 //! The files of shadows: maps of distances and masks, one per light or all in one array.
 
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
+use clap_lex::OsStrExt as _;
 use umbel::Error;
 use umbel::files::{
     Array, Channel, Samples, write_exr, write_ktx2_cube, write_npy, write_png_rgb8, write_png_rgba8,
@@ -11,6 +13,9 @@ use crate::options::parse::extension;
 
 /// What stands for the number of the light in a name.
 const LIGHT: &str = "{light}";
+
+/// Numbers that are hashed together: a map is not copied as a whole.
+const HASHED: usize = 1 << 16;
 
 /// The cells of a cube's cross, 4 wide and 3 high: each face stands beside those that it shares an edge with.
 ///
@@ -72,9 +77,12 @@ impl Names {
             let list = formats.iter().map(|format| format!(".{format}")).collect::<Vec<_>>().join(", ");
             return Err(Error::Usage(format!("{shown}: {option} takes one of {list} here")));
         }
-        let text = path.to_str().unwrap_or_default();
-        if text.contains(LIGHT) {
-            let name = |light: usize| PathBuf::from(text.replace(LIGHT, &light.to_string()));
+        let parts: Vec<&OsStr> = path.as_os_str().split(LIGHT).collect();
+        if parts.len() > 1 {
+            let name = |light: usize| -> PathBuf {
+                let light = OsString::from(light.to_string());
+                parts.join(light.as_os_str()).into()
+            };
             return Ok(Self::Each((0..lights).map(name).collect()));
         }
         match (lights, format.as_str()) {
@@ -112,8 +120,10 @@ impl<'a> Writer<'a> {
 
     /// Takes the numbers of the next light.
     pub(crate) fn put(&mut self, values: Vec<f32>) -> Result<(), Error> {
-        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-        self.hash.update(&bytes);
+        for part in values.chunks(HASHED) {
+            let bytes: Vec<u8> = part.iter().flat_map(|value| value.to_le_bytes()).collect();
+            self.hash.update(&bytes);
+        }
         let light = self.lights;
         self.lights += 1;
         match self.names {

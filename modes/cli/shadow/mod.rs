@@ -14,10 +14,10 @@ use umbel::files::available_memory;
 use umbel::render::surface_visibility;
 use umbel::scene::Shot;
 use umbel::shadow::{
-    Casters, MaskCounts, Receivers, compare_maps, cube_map, cube_pencil, distances, receivers, sun_pencil,
-    surface_distances,
+    Casters, MaskCounts, Receivers, compare_maps, cube_map, cube_pencil, distances, in_pieces, receivers,
+    sun_pencil, surface_distances,
 };
-use umbel::{Camera, Error, Frame, Lens, NO_TRIANGLE, Origin, Pencil, Scene, Stats, Triangles, closest_hit};
+use umbel::{Camera, Error, Frame, Lens, NO_TRIANGLE, Origin, Pencil, Scene, Stats, Triangles};
 
 use crate::common::Common;
 use crate::file_names::FileNames;
@@ -53,6 +53,8 @@ struct Run<'a> {
     more: Map<String, Value>,
     /// Texels along one side of the lights' maps.
     map_size: u32,
+    /// What the camera sees, pass by pass.
+    sight: Frame,
 }
 
 /// What a camera sees through one pass.
@@ -116,6 +118,7 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
         hash,
         more,
         map_size,
+        sight: Frame::keeping_order(),
     };
     args.dial.goal().map_or(Ok(()), |goal| run.choose(goal, &camera, start))?;
     maps.map_or(Ok(()), |names| run.write_maps(&names))?;
@@ -169,27 +172,36 @@ impl Run<'_> {
             if !self.common.keep_order {
                 frame = Frame::keeping_order();
             }
+            let is_last = repeat + 1 == self.common.repeat as usize;
             for pencil in &pencils {
                 let casters = &self.casters;
-                let mut stats =
-                    timed(milliseconds, || frame.closest_hit(casters.triangles, pencil, &options))?;
-                let mut seen = Vec::new();
-                for surface in casters.surfaces {
-                    let see = || closest_hit_on_demand(&surface.surfaces, pencil, &casters.dicing, &options);
-                    let (hits, more) = timed(milliseconds, see)?;
-                    (stats, _) = (stats.then(more), seen.push(hits));
+                let mut values = Vec::with_capacity(if is_last { pencil.len() } else { 0 });
+                // Surfaces are diced for a map as a whole.
+                let pieces =
+                    if casters.surfaces.is_empty() { in_pieces(pencil)? } else { vec![pencil.clone()] };
+                for pencil in &pieces {
+                    let mut stats =
+                        timed(milliseconds, || frame.closest_hit(casters.triangles, pencil, &options))?;
+                    let mut seen = Vec::new();
+                    for &surfaces in casters.surfaces {
+                        let see = || closest_hit_on_demand(surfaces, pencil, &casters.dicing, &options);
+                        let (hits, more) = timed(milliseconds, see)?;
+                        (stats, _) = (stats.then(more), seen.push(hits));
+                    }
+                    if !is_last {
+                        continue;
+                    }
+                    self.stats = self.stats.then(stats);
+                    self.rays += pencil.len();
+                    values.append(&mut timed(&mut self.times.shade, || {
+                        let nearest = distances(casters.triangles, pencil, frame.hits());
+                        seen.iter()
+                            .fold(nearest, |nearest, hits| nearer(nearest, &surface_distances(pencil, hits)))
+                    }));
                 }
-                if repeat + 1 < self.common.repeat as usize {
-                    continue;
+                if is_last {
+                    timed(&mut self.times.write, || writer.put(values))?;
                 }
-                self.stats = self.stats.then(stats);
-                self.rays += pencil.len();
-                let values = timed(&mut self.times.shade, || {
-                    let nearest = distances(casters.triangles, pencil, frame.hits());
-                    seen.iter()
-                        .fold(nearest, |nearest, hits| nearer(nearest, &surface_distances(pencil, hits)))
-                });
-                timed(&mut self.times.write, || writer.put(values))?;
             }
         }
         timed(&mut self.times.write, || writer.finish())
@@ -206,9 +218,10 @@ impl Run<'_> {
             let receivers = timed(&mut self.times.receivers, || buffer.receivers(&self.lights))?;
             return Ok(Seen { ids: buffer.hits.ids().to_vec(), shot: buffer.shot, receivers });
         }
-        let query = || closest_hit(&self.visible, &shot.pencil, &options);
-        let (hits, _) = timed(&mut self.times.camera, query)?;
-        let leave = || receivers(&self.visible, &shot.pencil, &hits, &self.lights);
+        let query = || self.sight.closest_hit(&self.visible, &shot.pencil, &options);
+        timed(&mut self.times.camera, query)?;
+        let hits = self.sight.hits();
+        let leave = || receivers(&self.visible, &shot.pencil, hits, &self.lights);
         let receivers = timed(&mut self.times.receivers, leave)?;
         Ok(Seen { shot, ids: hits.ids().to_vec(), receivers })
     }

@@ -4,6 +4,7 @@ use umbel::bake::Occluders;
 use umbel::builtin::builtin_view;
 use umbel::engine::Aabb;
 use umbel::formats::{SurfaceScene, load_surfaces, names_surfaces, surface_view};
+use umbel::surfaces::Surfaces;
 use umbel::{Camera, Error, Scene, load};
 
 use crate::common::Common;
@@ -55,8 +56,8 @@ impl ShadowScene {
     }
 
     /// All surfaces on demand that cast shadows.
-    pub(crate) fn casters(&self) -> Vec<&SurfaceScene> {
-        self.surface.iter().chain(&self.surfaces).collect()
+    pub(crate) fn casters(&self) -> Vec<&Surfaces> {
+        self.surface.iter().chain(&self.surfaces).map(|scene| &scene.surfaces).collect()
     }
 
     /// The box of what is seen.

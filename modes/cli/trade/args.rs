@@ -1,5 +1,6 @@
 //! `umbel trade` on the command line.
 
+use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -13,7 +14,7 @@ use crate::options::parse::extension;
 pub(crate) struct TradeArgs {
     /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell; for reyes also a .bpt
     /// file, builtin:teapot, builtin:terrain or builtin:field [default: builtin:umbel, and builtin:teapot]
-    pub(crate) scene: Option<String>,
+    pub(crate) scene: Option<OsString>,
 
     /// The verb whose settings are measured
     #[arg(long, value_enum, default_value = "render")]
@@ -46,7 +47,7 @@ pub(crate) struct TradeArgs {
 
     /// Options of the verb that all its settings share, such as -- --size 640x360 or -- --vertices --max-distance 10%
     #[arg(last = true, value_name = "OPTIONS")]
-    pub(crate) shared: Vec<String>,
+    pub(crate) shared: Vec<OsString>,
 }
 
 /// What is measured.
@@ -112,8 +113,8 @@ impl TradeArgs {
     }
 
     /// The scene that was asked for, or the default.
-    pub(crate) fn scene(&self) -> &str {
+    pub(crate) fn scene(&self) -> &OsStr {
         let default = if self.mode == ModeArg::Reyes { "builtin:teapot" } else { "builtin:umbel" };
-        self.scene.as_deref().unwrap_or(default)
+        self.scene.as_deref().unwrap_or(OsStr::new(default))
     }
 }

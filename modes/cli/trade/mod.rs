@@ -13,7 +13,10 @@ pub(crate) mod settings;
 pub(crate) mod subject;
 pub(crate) mod words;
 
+use std::ffi::{OsStr, OsString};
+
 use clap::Parser as _;
+use clap_lex::OsStrExt as _;
 use umbel::bake::Bake;
 use umbel::files::{check_output, write_atomically};
 use umbel::measure::{Differences, pareto_front};
@@ -133,22 +136,27 @@ fn output_of(args: &TradeArgs) -> &'static str {
 }
 
 /// The words of a command line with some options of its own.
-fn words(args: &TradeArgs, common: &Common, own: &[String]) -> Vec<String> {
-    let first = [args.mode.verb(), args.scene()].map(str::to_owned);
+fn words(args: &TradeArgs, common: &Common, own: &[String]) -> Vec<OsString> {
+    let first = [OsStr::new(args.mode.verb()), args.scene()].map(OsString::from);
     first
         .into_iter()
-        .chain(common.words())
+        .chain(common.words().into_iter().map(OsString::from))
         .chain(args.shared.iter().cloned())
-        .chain(own.iter().cloned())
+        .chain(own.iter().map(OsString::from))
         .collect()
 }
 
+/// A command line as it is shown.
+fn line(words: &[OsString]) -> String {
+    format!("umbel {}", words.join(OsStr::new(" ")).display())
+}
+
 /// The meaning of a command line of this program, checked.
-fn parse(words: &[String]) -> Result<Cli, Error> {
-    let program = std::iter::once("umbel".to_owned());
-    let quiet = std::iter::once("--quiet".to_owned());
+fn parse(words: &[OsString]) -> Result<Cli, Error> {
+    let program = std::iter::once(OsString::from("umbel"));
+    let quiet = std::iter::once(OsString::from("--quiet"));
     let refused = |error: clap::Error| {
-        let line = format!("umbel {}", words.join(" "));
+        let line = line(words);
         Error::Usage(format!("one of the settings, {line}, is not accepted: {error}"))
     };
     let cli = Cli::try_parse_from(program.chain(words.iter().cloned()).chain(quiet)).map_err(refused)?;
@@ -184,7 +192,9 @@ fn measure(
             words(args, common, &[more("--samples"), rate.to_vec()].concat())
         }
     };
-    let fixed = |word: &String| common.words().contains(word) || args.shared.contains(word);
+    let fixed = |word: &String| {
+        common.words().contains(word) || args.shared.iter().any(|shared| shared == word.as_str())
+    };
     // What the user fixes is not varied.
     let is_free = |setting: &Setting| {
         let options = setting.words.iter().filter(|word| word.starts_with("--") && !own.contains(word));
@@ -233,7 +243,7 @@ impl Point {
         let failed = |error| Error::Limit(format!("--threads {}: {error}", cli.common.threads));
         let pool = own_threads.then(pool).transpose().map_err(failed)?;
         Ok(Self {
-            command: format!("umbel {}", words.join(" ")),
+            command: line(&words),
             setting,
             cli,
             pool,

@@ -116,8 +116,8 @@ fn reyes(scene: &SurfaceScene, args: &ReyesArgs, common: &Common) -> Result<Answ
     let mut milliseconds = 0.0;
     let (buffer, values) = timed(&mut milliseconds, || -> Result<_, Error> {
         let (buffer, _) = surface_visibility(scene, shot, camera.pixels(), &dicing, &options)?;
-        let values = surface_preview(scene, &camera, &buffer, &look, (&dicing, &options), |_| ())?;
-        Ok((buffer, values))
+        let seen = surface_preview(scene, &camera, &buffer, &look, (&dicing, &options), |_| ())?;
+        Ok((buffer, seen.linear))
     })?;
     let (ids, ts) = (buffer.hits.ids().to_vec(), buffer.hits.ts().to_vec());
     Ok(Answer { values, ids, ts, milliseconds })

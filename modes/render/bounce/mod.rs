@@ -22,7 +22,7 @@ pub mod spawn;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use umbel_core::{Frame, GridFilm, Hit, Hits, Options, Origin, Pencil, Ray, Stats, Triangles, closest_hit};
+use umbel_core::{GridFilm, Hit, Hits, Options, Origin, Pencil, Ray, Stats, Triangles, closest_hit};
 
 use crate::error::Error;
 use crate::render::bounce::mirror_planes::PlanarMirrors;
@@ -30,6 +30,7 @@ use crate::render::bounce::paths::{PATH_BYTES, Place, Sent, Wave, sent_on};
 use crate::render::bounce::planar_mirror::{Front, grids};
 use crate::render::bounce::spawn::{Bounces, Spawned};
 use crate::render::lamps::Lamps;
+use crate::render::queries::{Queries, timed};
 use crate::render::shade::{Shader, background_toward};
 use crate::scene::Scene;
 
@@ -111,10 +112,10 @@ impl Surroundings<'_> {
         &self,
         pencil: &Pencil,
         hits: &Hits,
-        frame: &mut Frame,
+        queries: &mut Queries,
         colours: &mut [f32],
     ) -> Result<Followed, Error> {
-        let mut walk = Walk { around: *self, frame, colours, followed: Followed::default() };
+        let mut walk = Walk { around: *self, queries, colours, followed: Followed::default() };
         if self.bounces.most == 0 {
             return Ok(walk.followed);
         }
@@ -153,7 +154,7 @@ impl Surroundings<'_> {
 /// Paths on their way.
 struct Walk<'a, 'b> {
     around: Surroundings<'a>,
-    frame: &'b mut Frame,
+    queries: &'b mut Queries,
     colours: &'b mut [f32],
     followed: Followed,
 }
@@ -234,7 +235,7 @@ impl Walk<'_, '_> {
     /// Traces paths in one query, and adds what they see. Returns what they spawn.
     fn trace_part(&mut self, rays: &[Ray], places: &[Place], bounce: u32) -> Result<Wave, Error> {
         let Surroundings { triangles, options, .. } = self.around;
-        let (hits, stats) = closest_hit(triangles, rays, options)?;
+        let (hits, stats) = timed(&mut self.queries.time, || closest_hit(triangles, rays, options))?;
         self.followed.stats = self.followed.stats.then(stats);
         self.see(rays, places, &hits, bounce)
     }
@@ -242,7 +243,7 @@ impl Walk<'_, '_> {
     /// Adds what paths see. Returns what they spawn.
     fn see(&mut self, rays: &[Ray], places: &[Place], hits: &Hits, bounce: u32) -> Result<Wave, Error> {
         let Surroundings { scene, triangles, lights, bounces, up, options, .. } = self.around;
-        let lamps = Lamps::new(lights, triangles, (&|k| rays[k], hits), self.frame, options)?;
+        let lamps = Lamps::new(lights, triangles, (&|k| rays[k], hits), self.queries, options)?;
         let shader = Shader::new(scene, triangles);
         let is_last = bounce >= bounces.most;
         let spawned = |k: usize, hit: &Hit| match is_last {
@@ -307,7 +308,7 @@ mod tests {
             wave,
         };
         let mut colours = vec![0.0; hits.len() * 3];
-        let followed = around.follow(&pencil, &hits, &mut Frame::new(), &mut colours).expect("colours");
+        let followed = around.follow(&pencil, &hits, &mut Queries::new(), &mut colours).expect("colours");
         (colours, followed.rays)
     }
 

@@ -167,3 +167,66 @@ fn what_is_baked_by_default() {
     let run = place.run("bake room.obj --texels 8 -o a.png");
     assert!(run.code == Some(0) && run.stderr.contains("warning: triangles without texture coordinates"));
 }
+
+/// A strip of squares, each with texture coordinates of its own.
+fn squares(uvs: &[[[f32; 2]; 4]]) -> String {
+    let mut text = String::new();
+    for (k, uv) in uvs.iter().enumerate() {
+        for ([x, z], [u, v]) in [[0, 0], [1, 0], [1, 1], [0, 1]].into_iter().zip(uv) {
+            text += &format!("v {} 0 -{z}\nvt {u} {v}\n", 2 * k + x);
+        }
+        let first = 4 * k + 1;
+        let corners: Vec<String> = (first..first + 4).map(|corner| format!("{corner}/{corner}")).collect();
+        text += &format!("f {}\n", corners.join(" "));
+    }
+    text
+}
+
+/// The unit square, moved and scaled.
+fn moved([u, v]: [f32; 2], scale: [f32; 2]) -> [[f32; 2]; 4] {
+    [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| [u + scale[0] * x, v + scale[1] * y])
+}
+
+/// A texture in which most surfaces have no texels of their own is of no use, and is made on demand only.
+#[test]
+fn useless_textures_are_refused() {
+    let place = place();
+    let unit = moved([0.0; 2], [1.0; 2]);
+    let refused = [
+        ("tiled.obj", vec![moved([0.0; 2], [9.0; 2])]),
+        ("stacked.obj", vec![unit; 3]),
+        // More than half of it lies outside; no texel is shared.
+        ("outside.obj", vec![moved([0.0; 2], [0.5, 0.25]), moved([2.0, 0.0], [0.5, 0.5])]),
+    ];
+    for (name, uvs) in refused {
+        place.put(name, squares(&uvs));
+        for quiet in ["", "-q"] {
+            let run = place.run(&format!("bake {name} --texels 16 --rays 1 -o a.png {quiet}"));
+            assert_eq!(run.code, Some(3), "{name}: {}", run.stderr);
+            for part in [name, "--vertices", "--allow-overlap"] {
+                assert!(run.stderr.contains(part), "{name}: {}", run.stderr);
+            }
+            assert!(!place.path("a.png").exists(), "{name}");
+        }
+        place.quiet_run(&format!("bake {name} --texels 16 --rays 1 -o b.npy -q --allow-overlap"));
+    }
+    let kept = [
+        // Two halves mirrored onto each other, and a third that has its own.
+        (
+            "mirrored.obj",
+            vec![moved([0.0; 2], [0.5, 1.0]), moved([0.5, 0.0], [-0.5, 1.0]), moved([0.5, 0.0], [0.5, 1.0])],
+        ),
+        ("halves.obj", vec![moved([0.0; 2], [0.5, 1.0]), moved([0.5, 0.0], [-0.5, 1.0])]),
+    ];
+    for (name, uvs) in kept {
+        place.put(name, squares(&uvs));
+        let run = place.run(&format!("bake {name} --texels 16 --rays 1 -o c.png"));
+        assert!(
+            run.code == Some(0) && run.stderr.contains("mirrored surfaces share"),
+            "{name}: {}",
+            run.stderr
+        );
+    }
+    let run = place.run("bake room.obj --vertices --rays 1 -o v.npy --allow-overlap");
+    assert!(run.code == Some(2) && run.stderr.contains("--allow-overlap"), "{}", run.stderr);
+}

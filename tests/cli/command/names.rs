@@ -78,3 +78,104 @@ fn devices_take_any_number_of_outputs() {
     }
     place.quiet_run("shadow squares.obj --light 0,9,0 --size 9x9 --cube-size 8 -o a0.npy --mask a1.npy");
 }
+
+/// Bytes that are no UTF-8 are as good as others in the name of a scene and in that of every output.
+#[cfg(target_os = "linux")]
+#[test]
+fn names_need_not_be_utf_8() {
+    use std::ffi::{OsStr, OsString};
+    use std::os::unix::ffi::OsStrExt as _;
+
+    let place = place!();
+    let odd = |name: &str| OsStr::from_bytes(&[b"\xff", name.as_bytes()].concat()).to_owned();
+    std::fs::write(place.path("").join(odd("a.obj")), SQUARES).expect("written");
+    std::fs::write(place.path("").join(odd("heights.png")), b"no picture").expect("written");
+    let check = |words: &[&OsStr], outputs: &[OsString]| {
+        let run = place.run_words(words);
+        assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""), "{words:?}");
+        for output in outputs {
+            assert!(place.path("").join(output).exists(), "{words:?}: {output:?}");
+        }
+    };
+    let word = OsStr::new;
+    let scene = odd("a.obj");
+    let joined = |start: &str, name: &str| [OsString::from(start), odd(name)].join(OsStr::new(""));
+    let (picture, depth, report) = (odd("a.png"), odd("d.npy"), odd("r.json"));
+    check(
+        &[
+            word("render"),
+            &scene,
+            word("-o"),
+            &picture,
+            word("--aov"),
+            &joined("depth=", "d.npy"),
+            word("--report"),
+            &report,
+        ],
+        &[picture.clone(), depth, report.clone()],
+    );
+    let (maps, both) = (odd("{light}.npy"), [odd("0.npy"), odd("1.npy")]);
+    check(
+        &[
+            word("shadow"),
+            &scene,
+            word("--light"),
+            word("1,2,3"),
+            word("--light"),
+            word("2,2,3"),
+            word("--cube-size"),
+            word("8"),
+            word("-o"),
+            &maps,
+            word("--occluders"),
+            &scene,
+        ],
+        &both,
+    );
+    let values = odd("v.npy");
+    check(
+        &[
+            word("bake"),
+            &scene,
+            word("--vertices"),
+            word("--rays"),
+            word("1"),
+            word("-o"),
+            &values,
+            word("--occluders"),
+            &scene,
+        ],
+        &[values.clone()],
+    );
+    let output = odd("p.npy");
+    check(&[word("visible"), &scene, word("-o"), &output], &[output.clone()]);
+    check(&[word("reyes"), &scene, word("--size"), word("8x8"), word("-o"), &picture], &[]);
+    // What is wrong with such a file is said, and its name is shown as far as it can be.
+    let heights = odd("heights.png");
+    let run =
+        place.run_words(&[word("reyes"), &scene, word("--displace"), &heights, word("--height"), word("1")]);
+    assert!(run.code == Some(3) && run.stderr.contains("heights.png"), "{}", run.stderr);
+    let run = place.run_words(&[
+        word("probe"),
+        &scene,
+        word("--center"),
+        word("0,0,0"),
+        word("--pattern"),
+        &odd("none.npy"),
+        word("--aov"),
+        &joined("depth=", "e.npy"),
+    ]);
+    assert!(run.code == Some(3) && run.stderr.contains("none.npy"), "{}", run.stderr);
+    // Two spellings of one place are still found out.
+    let run = place.run_words(&[
+        word("render"),
+        &scene,
+        word("-o"),
+        &picture,
+        word("--aov"),
+        &joined("depth=./", "d.npy"),
+        word("--aov"),
+        &joined("id=", "d.npy"),
+    ]);
+    assert!(run.code == Some(2) && run.stderr.contains("same file"), "{}", run.stderr);
+}

@@ -27,9 +27,13 @@ fn a_report_has_its_fields() {
     assert_eq!(report["accuracy"], "exact");
     let engine = report["ms"]["engine"].as_array().expect("a list");
     assert_eq!(engine.len(), 3, "one time per repeat");
-    for stage in ["load", "camera", "receivers", "shade", "write"] {
-        assert!(report["ms"][stage].as_f64().expect("milliseconds") >= 0.0);
-    }
+    let time = |stage: &str| report["ms"][stage].as_f64().expect("milliseconds");
+    let stages = ["load", "camera", "receivers", "check", "shade", "write", "other"].map(time);
+    assert!(stages.iter().all(|&time| time >= 0.0), "{stages:?}");
+    // All of the command's time is accounted for.
+    let engine: f64 = engine.iter().map(|time| time.as_f64().expect("milliseconds")).sum();
+    let sum = engine + stages.iter().sum::<f64>();
+    assert!((sum - time("total")).abs() < 1e-6 * sum, "{sum} {}", time("total"));
     assert!(report["engine_bytes"].as_u64().expect("bytes") > 0);
     if cfg!(target_os = "linux") {
         assert!(report["peak_rss_bytes"].as_u64().expect("bytes") > 1 << 20);
@@ -38,6 +42,19 @@ fn a_report_has_its_fields() {
     assert!(stats["triangles_set_up"].as_u64().expect("a count") > 0);
     let hash = report["hash"].as_str().expect("a hash");
     assert!(hash.len() == 64 && hash.bytes().all(|c| c.is_ascii_hexdigit()));
+}
+
+/// What further samples see is asked of the engine: it is no shading.
+#[test]
+fn samples_are_the_engines_time() {
+    let place = place!();
+    // The general path takes far longer than shading.
+    let engine = |samples: u32| {
+        let report = report(&place, &format!("--path general --samples {samples} -o a.png"));
+        report["ms"]["engine"][0].as_f64().expect("milliseconds")
+    };
+    let (one, many) = (engine(1), engine(32));
+    assert!(many > 4.0 * one, "{many} ms for 32 samples, {one} ms for one");
 }
 
 #[test]

@@ -39,7 +39,7 @@ fn optics(lines: &str) -> Optics {
     let place = place!();
     place.put("a.obj", SCENE.replace("usemtl clay\n", ""));
     place.put("a.mtl", format!("newmtl steel\n{lines}"));
-    let scene = load(&place.path("a.obj").to_string_lossy(), LoadOptions::default()).expect("a scene");
+    let scene = load(place.path("a.obj"), LoadOptions::default()).expect("a scene");
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     scene.materials[0].optics
 }
@@ -70,7 +70,7 @@ fn odd_optics_are_warnings() {
     let place = place();
     for line in ["Ni 0", "Ni -1", "Ni x", "d -halo 0.5", "illum 1000", "Tf spectral a.rfl", "Ks 1 2"] {
         place.put("a.mtl", format!("newmtl steel\nKs 0.5\nillum 3\n{line}\nnewmtl clay\n"));
-        let scene = load(&place.path("a.obj").to_string_lossy(), LoadOptions::default()).expect("a scene");
+        let scene = load(place.path("a.obj"), LoadOptions::default()).expect("a scene");
         assert_eq!(scene.warnings.len(), 1, "{line}: {:?}", scene.warnings);
         assert!(scene.warnings[0].contains(line), "{line}: {:?}", scene.warnings);
         assert_eq!(scene.materials[0].optics, Optics { mirror: [0.5; 3], ..Optics::OPAQUE }, "{line}");
@@ -82,7 +82,7 @@ fn gltf_materials_tell_optics() {
     let optics = |material: &str| {
         let place = place!();
         place.put("a.gltf", format!(r#"{{"asset":{{"version":"2.0"}},"materials":[{material}]}}"#));
-        let scene = load(&place.path("a.gltf").to_string_lossy(), LoadOptions::default()).expect("a scene");
+        let scene = load(place.path("a.gltf"), LoadOptions::default()).expect("a scene");
         scene.materials[0].optics
     };
     let base = r#""baseColorFactor":[0.5,0.25,1,1]"#;

@@ -31,9 +31,8 @@ fn picture(scene: &Scene, bounces: Bounces, options: &Options) -> (Vec<f32>, Vec
     let (buffer, _) = visibility(scene, &camera, options).expect("a picture");
     let lights = vec![point_light(DVec3::new(1.0, 6.0, 2.0)), sun_light(DVec3::new(1.0, 2.0, 0.5))];
     let look = Look { samples: 1, lights, bounces };
-    let (colours, followed) =
-        preview_with(scene, &camera, &buffer, &look, options, |_| {}).expect("a picture");
-    (colours, followed.rays)
+    let seen = preview_with(scene, &camera, &buffer, &look, options, |_| {}).expect("a picture");
+    (seen.linear, seen.followed.rays)
 }
 
 #[test]
