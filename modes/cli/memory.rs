@@ -9,8 +9,8 @@ use crate::common::Common;
 /// bytes of the picture 3 and the widest derived image 12.
 pub(crate) const PIXEL_BYTES: u64 = 60;
 
-/// More bytes of a scattered ray: its direction and its pixel, and its place in their order.
-pub(crate) const SCATTERED_BYTES: u64 = 36;
+/// More bytes of a scattered ray: its direction and its pixel.
+pub(crate) const SCATTERED_BYTES: u64 = 32;
 
 /// More bytes of a pixel for each light: the receiver 20, at most half of that again while receivers are joined, the answer 1.
 pub(crate) const SHADOW_BYTES: u64 = 31;

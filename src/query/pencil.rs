@@ -1,4 +1,10 @@
 //! Pencils: which path the rays of each film take, and the memory of all of them.
+//!
+//! Scattered films go in bundles, though their rays share an origin. Clusters of 256 directions under a frustum, tested
+//! ray by ray in f64, took 2.6 (koala) to 3.1 (sponza from inside) times as long as bundles on panoramas of 2048x1024.
+//! Tiles of 4096 directions on films of their own, as shadows have them, with a hierarchical z and packets of eight
+//! took 0.53 (mines), 0.55 (chess) and 0.65 to 0.7 (sponza) of the time of bundles, but 1.3 to 1.4 times as long on
+//! koala: not kept. A triangle was compared with 40 (koala) to 50 (sponza) packets there.
 
 use crate::intersect::bundle::stream;
 use crate::intersect::context::Context;

@@ -111,7 +111,7 @@ impl ShadowArgs {
                  --compare its own sizes, such as --compare=256,1024",
             ),
         ];
-        let on_demand = self.is_of_surface() || self.occluders.iter().any(|name| names_surfaces(name));
+        let on_demand = self.is_of_surface() || self.occluders.iter().any(names_surfaces);
         self.surfaces.check(&self.camera)?;
         let refused = refused.into_iter().chain([
             (
