@@ -145,10 +145,10 @@ fn names_need_not_be_utf_8() {
             word("--occluders"),
             &scene,
         ],
-        &[values.clone()],
+        std::slice::from_ref(&values),
     );
     let output = odd("p.npy");
-    check(&[word("visible"), &scene, word("-o"), &output], &[output.clone()]);
+    check(&[word("visible"), &scene, word("-o"), &output], std::slice::from_ref(&output));
     check(&[word("reyes"), &scene, word("--size"), word("8x8"), word("-o"), &picture], &[]);
     // What is wrong with such a file is said, and its name is shown as far as it can be.
     let heights = odd("heights.png");
