@@ -160,7 +160,7 @@ impl Bundle<'_> {
             for (nearest, &ray) in nearest.iter_mut().zip(&rays) {
                 *nearest = self.found[ray as usize].nearest.hi;
             }
-            verdicts = pairs::filter(simd, objects.triangles, &eight, &ids, &nearest);
+            verdicts = pairs::filter(simd, objects.triangles, &eight, &ids, (&nearest, probes.ties()));
         }
         for lane in bits(verdicts.possible & ((1 << count) - 1)) {
             let culled = &mut self.rays[rays[lane] as usize];

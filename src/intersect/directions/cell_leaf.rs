@@ -10,7 +10,7 @@ use fearless_simd::{prelude::*, u32x8};
 use glam::DVec3;
 
 use crate::geometry::aabb::Aabb;
-use crate::geometry::triangles::Triangles;
+use crate::geometry::triangles::{TriangleId, Triangles};
 use crate::intersect::grid::hierarchical_z::TILE_SIDE;
 use crate::intersect::irregular::bounds::Bounds;
 use crate::intersect::irregular::packets::Functions;
@@ -102,6 +102,7 @@ impl Cell {
                 origin: Origin::Infinity(DVec3::Z),
                 span: [DVec3::ZERO; 3],
                 sampling: Sampling::Scattered,
+                on_lattice: false,
             },
         }
     }
@@ -165,6 +166,7 @@ impl Cell {
             origin: Origin::Infinity(toward),
             span: [first, right * step_u, up * step_v],
             sampling: Sampling::Scattered,
+            on_lattice: false,
         };
         let at = [[place(first, right), 1.0 / step_u], [place(first, up), 1.0 / step_v]];
         let turn = ahead.x + ahead.y + ahead.z;
@@ -255,14 +257,9 @@ impl Cell {
         let within = lowest.simd_gt(hi) & highest.simd_lt(hi + query.reach[0]);
         let certain = least.simd_gt(doubt) & within & others;
         let mut closed = certain.to_bitmask() & kept;
-        for lane in bits(kept & !closed & others.to_bitmask()) {
-            if self.lo[packet * LANES + lane] < f32::INFINITY {
-                stats.doubtful_samples += 1;
-                let receiver = self.ids[packet * LANES + lane] as usize;
-                let triangle = query.triangles.triangle(id);
-                let ray = query.occlusion.untested_ray(receiver, &query.sample);
-                closed |= u64::from(ray.is_blocked_by(id, &triangle, stats)) << lane;
-            }
+        let doubtful = kept & !closed & others.to_bitmask();
+        if doubtful != 0 {
+            closed |= self.decide(query, id, (packet * LANES, doubtful), stats);
         }
         if closed != 0 {
             let infinite = Narrow::simd_from(simd, f32::INFINITY);
@@ -280,6 +277,30 @@ impl Cell {
                 );
             }
         }
+    }
+
+    /// Decides some of eight rays from one on exactly; tells which are closed.
+    #[inline(never)]
+    fn decide(
+        &self,
+        query: &CellQuery<'_>,
+        id: u32,
+        (first, doubtful): (usize, u64),
+        stats: &mut Stats,
+    ) -> u64 {
+        let corners = query.triangles.corners(TriangleId(id));
+        let mut closed = 0;
+        for lane in bits(doubtful).filter(|lane| self.lo[first + lane] < f32::INFINITY) {
+            let receiver = self.ids[first + lane] as usize;
+            // From one of its corners no triangle is hit. Common where receivers are vertices.
+            if corners.contains(&query.occlusion.hemispheres[receiver].receiver.point) {
+                continue;
+            }
+            stats.doubtful_samples += 1;
+            let ray = query.occlusion.untested_ray(receiver, &query.sample);
+            closed |= u64::from(ray.is_blocked_by(id, &query.triangles.triangle(id), stats)) << lane;
+        }
+        closed
     }
 
     /// The open rays of its packets.

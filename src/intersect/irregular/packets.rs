@@ -21,6 +21,7 @@
 
 use fearless_simd::{prelude::*, u32x8};
 
+use crate::geometry::triangles::TriangleId;
 use crate::intersect::grid::hierarchical_z::least_of;
 use crate::intersect::grid::tiles::Rect;
 use crate::intersect::irregular::bounds::Bounds;
@@ -297,12 +298,17 @@ impl Tile<'_, Packets<'_>> {
     #[inline(never)]
     fn decide(&mut self, first: usize, doubtful: u64, id: u32, stats: &mut Stats) {
         let packets = &mut self.work.depth;
+        let corners = self.query.triangles.corners(TriangleId(id));
         for index in bits(doubtful).map(|lane| first + lane) {
             if packets.lo[index] == f32::INFINITY {
                 continue;
             }
-            stats.doubtful_samples += 1;
             let receiver = &packets.receivers[packets.ids[index] as usize];
+            // No triangle keeps light from its corners. Common where receivers are vertices.
+            if corners.contains(&receiver.point) {
+                continue;
+            }
+            stats.doubtful_samples += 1;
             let triangle = self.query.triangles.triangle(id);
             if blocks(self.query.origin, receiver, (id, &triangle), stats) {
                 (packets.lo[index], packets.hi[index]) = (f32::INFINITY, f32::INFINITY);

@@ -86,6 +86,8 @@ pub(crate) struct Workspace<D> {
     /// Triangles that wait.
     waiting: Waiting,
     pub(crate) setups: Setups,
+    /// Whether some ray of a film has met an edge, see [`TileRays::on_lattice`].
+    on_lattice: bool,
 }
 
 impl<D> Workspace<D> {
@@ -108,6 +110,7 @@ impl<D> Workspace<D> {
                 reaches: [DVec3::ZERO; 2],
             },
             setups: Setups::EMPTY,
+            on_lattice: false,
         })
     }
 
@@ -158,7 +161,8 @@ impl<'a, D: LeafDepth> Tile<'a, D> {
         let span = [film.at(rect.x0, rect.y0), right * film.step(), -up * film.step()];
         let frustum = Frustum::new(projection, x, y, start);
         let limits = frustum.limits(&query.bounds);
-        Self { query, rect, work, frustum, limits, rays: TileRays { origin, span, sampling } }
+        let on_lattice = work.on_lattice && sampling == Sampling::Grid;
+        Self { query, rect, work, frustum, limits, rays: TileRays { origin, span, sampling, on_lattice } }
     }
 
     /// The boxes, as bits, that some ray may meet, and a lower bound of t within each.
@@ -177,6 +181,12 @@ impl<'a, D: LeafDepth> Tile<'a, D> {
     /// Tests a run of triangles within a box against all rays; some of them wait for [`Tile::finish`].
     pub(crate) fn intersect(&mut self, runs: &Runs, run: usize, bounds: &Aabb, stats: &mut Stats) {
         dispatch!(self.query.level, simd => self.intersect_run(simd, runs, (run, bounds), stats));
+    }
+
+    /// Notes that a ray at the centre of a pixel has met an edge exactly.
+    pub(crate) fn meet_edge(&mut self) {
+        self.work.on_lattice = true;
+        self.rays.on_lattice = self.rays.sampling == Sampling::Grid;
     }
 
     /// Tests the triangles that wait.

@@ -10,7 +10,7 @@
 
 use fearless_simd::prelude::*;
 
-use crate::exact::distance::Distance;
+use crate::exact::distance::{Distance, compare};
 use crate::exact::filter::Sign;
 use crate::geometry::aabb::U;
 use crate::geometry::ray::Ray;
@@ -199,7 +199,7 @@ pub(crate) fn precedes(
     stats: &mut Stats,
 ) -> bool {
     let (one, other) = (triangles.triangle(first), triangles.triangle(second));
-    match Distance::new(ray, &one).compare(&Distance::new(ray, &other), stats) {
+    match compare(ray, &one, &other, stats) {
         Sign::Negative => true,
         Sign::Zero => first < second,
         Sign::Positive => false,
