@@ -15,7 +15,7 @@ use std::cmp::Ordering;
 
 use crate::exact::expansion::{Expansion, two_product, two_sum};
 use crate::exact::filter::{Approx, Cross, Sign};
-use crate::exact::integer::{Number, Triple, difference, small, wide};
+use crate::exact::integer::{Number, Triple, difference, short_direction, short_points, small, wide};
 use crate::exact::wide::{Wide, parts};
 use crate::geometry::aabb::U;
 use crate::geometry::ray::Ray;
@@ -32,11 +32,12 @@ pub(crate) struct Distance<'a> {
     signs: [Option<Sign>; 2],
 }
 
-/// t exactly: numerator over denominator, both positive, times a power of two.
-struct Fraction {
-    numerator: Wide,
-    denominator: Wide,
-    exponent: i32,
+/// t exactly: numerator over denominator, both with the same sign.
+enum Fraction {
+    /// Both are f64.
+    Short(f64, f64),
+    /// Integers, times a power of two.
+    Long(Wide, Wide, i32),
 }
 
 impl<'a> Distance<'a> {
@@ -80,12 +81,16 @@ impl<'a> Distance<'a> {
 
     /// t exactly.
     fn exact(&self) -> Fraction {
-        fn on_grid<N: Number>([a, b, c, o]: &[[N; 3]; 4], d: &[N; 3]) -> [Wide; 2] {
-            let (ab, ac) = (difference(b, a), difference(c, a));
-            [N::triple(&difference(a, o), &ab, &ac).magnitude(), N::triple(d, &ab, &ac).magnitude()]
+        fn on_grid<N: Number<Triple: Into<Wide>>>(points: &[[N; 3]; 4], d: &[N; 3]) -> [Wide; 2] {
+            let [a, b, c, o] = points;
+            fraction([a, b, c], o, d).map(Into::into)
         }
         let (Triangle { a, b, c }, directions) = (*self.triangle, [self.ray.direction]);
         let points = [a, b, c, self.ray.origin];
+        if let (Some([a, b, c, o]), Some(d)) = (short_points(&points), short_direction(directions[0])) {
+            let [numerator, denominator] = fraction([&a, &b, &c], &o, &d);
+            return Fraction::Short(numerator, denominator);
+        }
         let ([numerator, denominator], of_points, of_direction) = match (small(&points), small(&directions)) {
             (Some((points, of_points)), Some(([d], of_direction))) => {
                 (on_grid(&points, &d), of_points, of_direction)
@@ -95,7 +100,7 @@ impl<'a> Distance<'a> {
                 (on_grid(&points, &d), of_points, of_direction)
             }
         };
-        Fraction { numerator, denominator, exponent: of_points - of_direction }
+        Fraction::Long(numerator, denominator, of_points - of_direction)
     }
 
     /// The sign of t − x for finite x ≥ 0, decided exactly.
@@ -123,16 +128,6 @@ impl<'a> Distance<'a> {
             return Sign::of(far - near);
         }
         Expansion::of(far).plus(far_tail).plus(-near).plus(-near_tail).sign()
-    }
-
-    /// The sign of t − s for the distance s of another triangle along the same ray, decided exactly.
-    pub(crate) fn compare(&self, other: &Self, stats: &mut Stats) -> Sign {
-        let filtered = self.numerator.times(other.denominator).minus(other.numerator.times(self.denominator));
-        if let Some(sign) = filtered.sign() {
-            return sign;
-        }
-        stats.ambiguous_order += 1;
-        compare_exactly(self.ray, self.triangle, other.triangle)
     }
 
     /// t rounded to the nearest f32, ties to even, at least 2⁻¹⁴⁹ and at most `f32::MAX`.
@@ -171,22 +166,32 @@ impl<'a> Distance<'a> {
 }
 
 impl Fraction {
-    /// The sign of t − x for finite x ≥ 0: of N·2^e − x·D.
+    /// The sign of t − x for finite x ≥ 0: of |N|·2^e − x·|D|.
     fn compare_to(&self, x: f64) -> Sign {
-        let Some((mantissa, exponent)) = parts(x) else { return Sign::Positive };
-        let product = self.denominator.times(&Wide::of_limbs([mantissa]));
-        let shift = exponent - self.exponent;
+        let (numerator, denominator, exponent) = match self {
+            Self::Short(n, d) => return Sign::of_order(f64::compare_products(n, &1.0, d, &x)),
+            Self::Long(numerator, denominator, exponent) => (numerator, denominator, exponent),
+        };
+        let Some((mantissa, of_x)) = parts(x) else { return Sign::Positive };
+        let product = denominator.times(&Wide::of_limbs([mantissa]));
+        let shift = of_x - exponent;
         // In range: at most 2048 bits.
-        let lengths = [self.numerator.bits() as i32, product.bits() as i32 + shift];
+        let lengths = [numerator.bits() as i32, product.bits() as i32 + shift];
         Sign::of_order(lengths[0].cmp(&lengths[1]).then_with(|| {
             // Both are as long as the longer one of the two.
             if shift < 0 {
-                self.numerator.shifted(shift.unsigned_abs()).compare_sizes(&product)
+                numerator.shifted(shift.unsigned_abs()).compare_sizes(&product)
             } else {
-                self.numerator.compare_sizes(&product.shifted(shift.unsigned_abs()))
+                numerator.compare_sizes(&product.shifted(shift.unsigned_abs()))
             }
         }))
     }
+}
+
+/// A·N and d·N on a grid.
+fn fraction<N: Number>([a, b, c]: [&[N; 3]; 3], o: &[N; 3], d: &[N; 3]) -> [N::Triple; 2] {
+    let (ab, ac) = (difference(b, a), difference(c, a));
+    [N::triple(&difference(a, o), &ab, &ac), N::triple(d, &ab, &ac)]
 }
 
 /// The axis that a triangle's plane lies across, if all corners have the same coordinate. The triangle has an area.
@@ -202,19 +207,9 @@ pub(crate) fn same_corners(one: &Triangle, other: &Triangle) -> bool {
     [a, b, c].iter().all(|corner| others.contains(corner))
 }
 
-/// The order of two triangles' distances along a ray that covers both: without rounding, and without the filter.
-#[inline(never)]
-fn compare_exactly(ray: &Ray, one: &Triangle, other: &Triangle) -> Sign {
-    fn on_grid<N: Number>(points: &[[N; 3]; 7], d: &[N; 3]) -> Ordering {
-        let [a, b, c, other_a, other_b, other_c, o] = points;
-        let fraction = |[a, b, c]: [&[N; 3]; 3]| {
-            let (ab, ac) = (difference(b, a), difference(c, a));
-            [N::triple(&difference(a, o), &ab, &ac), N::triple(d, &ab, &ac)]
-        };
-        let [n, d_n] = fraction([a, b, c]);
-        let [other_n, other_d] = fraction([other_a, other_b, other_c]);
-        N::Triple::compare_products(&n, &other_d, &other_n, &d_n)
-    }
+/// The sign of t − s for the distances of two triangles along a ray that covers both, decided exactly. What is evident comes first: this is
+/// asked where bounds overlap, and mostly because the triangles coincide.
+pub(crate) fn compare(ray: &Ray, one: &Triangle, other: &Triangle, stats: &mut Stats) -> Sign {
     if same_corners(one, other) {
         return Sign::Zero;
     }
@@ -224,7 +219,27 @@ fn compare_exactly(ray: &Ray, one: &Triangle, other: &Triangle) -> Sign {
         let order = Sign::of(one.a[axis] - other.a[axis]);
         return if ray.direction[axis] < 0.0 { order.negated() } else { order };
     }
+    let (t, s) = (Distance::new(ray, one), Distance::new(ray, other));
+    let filtered = t.numerator.times(s.denominator).minus(s.numerator.times(t.denominator));
+    filtered.sign().unwrap_or_else(|| {
+        stats.ambiguous_order += 1;
+        compare_exactly(ray, one, other)
+    })
+}
+
+/// The same without the filter.
+#[inline(never)]
+fn compare_exactly(ray: &Ray, one: &Triangle, other: &Triangle) -> Sign {
+    fn on_grid<N: Number>(points: &[[N; 3]; 7], d: &[N; 3]) -> Ordering {
+        let [a, b, c, other_a, other_b, other_c, o] = points;
+        let [n, d_n] = fraction([a, b, c], o, d);
+        let [other_n, other_d] = fraction([other_a, other_b, other_c], o, d);
+        N::Triple::compare_products(&n, &other_d, &other_n, &d_n)
+    }
     let points = [one.a, one.b, one.c, other.a, other.b, other.c, ray.origin];
+    if let (Some(points), Some(d)) = (short_points(&points), short_direction(ray.direction)) {
+        return Sign::of_order(on_grid(&points, &d));
+    }
     Sign::of_order(match (small(&points), small(&[ray.direction])) {
         (Some((points, _)), Some(([d], _))) => on_grid(&points, &d),
         _ => on_grid(&wide(&points).0, &wide(&[ray.direction]).0[0]),

@@ -1,6 +1,10 @@
 //! Determinants of f64, exactly: as integers of 64 bits on a common grid, or of any size that the inputs can need.
 //!
-//! Points whose coordinates are multiples of 2^(e − 61), where 2^e exceeds them all, become integers below 2⁶¹ in size, and so do
+//! **Short numbers.** Where coordinates have at most 15 bits on a common grid, and directions 18, f64 itself is exact: differences have 16
+//! bits, their products of two 33 with a difference, and a triple product at most 51 or 53. Such are lattices: rooms on round numbers,
+//! block worlds, symmetric machines, most of what coincides.
+//!
+//! **Small numbers.** Points whose coordinates are multiples of 2^(e − 61), where 2^e exceeds them all, become integers below 2⁶¹ in size, and so do
 //! directions on a grid of their own. Differences are below 2⁶², their products of two below 2¹²⁵ with a difference, and triple
 //! products below 3·2¹⁸⁷ < 2¹⁹¹: i64, i128 and 192 bits hold them, and no step rounds. That is enough for f32 coordinates that differ by a
 //! factor of 2³⁷, and for most origins in f64. What does not fit goes to [`crate::exact::wide`].
@@ -14,13 +18,18 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
+use crate::exact::expansion::two_product;
 use crate::exact::filter::Sign;
 use crate::exact::wide::{Wide, lowest_exponent, parts};
 
 /// Integers of the first stage are below 2^this in size.
 const SMALL_BITS: i32 = 61;
 
-/// Coordinates as integers, and what differences and triple products of them are.
+/// Bits of short numbers.
+pub(crate) const SHORT_POINT: i32 = 15;
+pub(crate) const SHORT_DIRECTION: i32 = 18;
+
+/// Coordinates on a grid, and what differences and triple products of them are.
 pub(crate) trait Number: Sized {
     /// A triple product.
     type Triple: Triple;
@@ -39,9 +48,6 @@ pub(crate) trait Number: Sized {
 pub(crate) trait Triple {
     fn sign(&self) -> Sign;
 
-    /// |x|.
-    fn magnitude(&self) -> Wide;
-
     /// |x·y| against |z·w|.
     fn compare_products(x: &Self, y: &Self, z: &Self, w: &Self) -> Ordering;
 }
@@ -49,6 +55,35 @@ pub(crate) trait Triple {
 /// a − b for three coordinates.
 pub(crate) fn difference<N: Number>(a: &[N; 3], b: &[N; 3]) -> [N; 3] {
     [a[0].minus(&b[0]), a[1].minus(&b[1]), a[2].minus(&b[2])]
+}
+
+/// Points, if f64 is exact for them.
+#[inline]
+pub(crate) fn short_points<const N: usize>(points: &[DVec3; N]) -> Option<[[f64; 3]; N]> {
+    numbers_are_short(points, SHORT_POINT).then(|| points.map(|p| p.to_array()))
+}
+
+/// A direction, if f64 is exact for it and such points.
+#[inline]
+pub(crate) fn short_direction(direction: DVec3) -> Option<[f64; 3]> {
+    numbers_are_short(&[direction], SHORT_DIRECTION).then(|| direction.to_array())
+}
+
+/// One and a half times 2⁵² grid steps of 2^(1 − bits): a sum of a number below 2 with that is rounded to the grid.
+#[inline]
+pub(crate) const fn steps_of(bits: i32) -> f64 {
+    1.5 * f64::from_bits(((53 - bits + 1023).unsigned_abs() as u64) << 52)
+}
+
+/// Whether all numbers have at most so many bits on a common grid.
+#[inline]
+pub(crate) fn numbers_are_short<const N: usize>(vectors: &[DVec3; N], bits: i32) -> bool {
+    let greatest = vectors.iter().fold(DVec3::ZERO, |greatest, v| greatest.max(v.abs())).max_element();
+    // 2^e ≤ greatest < 2^(e + 1); zero stays zero, and is short.
+    let power = f64::from_bits(greatest.to_bits() & (0x7FF << 52));
+    let steps = power * steps_of(bits);
+    let rounded = |v: &DVec3| (*v + DVec3::splat(steps)) - DVec3::splat(steps);
+    vectors.iter().fold(true, |short, v| short & (rounded(v) == *v))
 }
 
 /// Vectors as integers below 2⁶¹ on a common grid, and the exponent of its unit; `None` where there is no such grid.
@@ -101,6 +136,40 @@ impl Number for i64 {
     }
 }
 
+impl Number for f64 {
+    type Triple = Self;
+
+    #[inline]
+    fn minus(&self, other: &Self) -> Self {
+        self - other
+    }
+
+    #[inline]
+    fn sign_of_minor(x: &Self, y: &Self, z: &Self, w: &Self) -> Sign {
+        Sign::of(x * y - z * w)
+    }
+
+    #[inline]
+    fn triple(x: &[Self; 3], y: &[Self; 3], z: &[Self; 3]) -> Self {
+        let minor = |i: usize, j: usize| y[i] * z[j] - y[j] * z[i];
+        x[0] * minor(1, 2) + x[1] * minor(2, 0) + x[2] * minor(0, 1)
+    }
+}
+
+impl Triple for f64 {
+    #[inline]
+    fn sign(&self) -> Sign {
+        Sign::of(*self)
+    }
+
+    #[inline]
+    fn compare_products(x: &Self, y: &Self, z: &Self, w: &Self) -> Ordering {
+        // Rounding is monotonic and the tails are exact, so the first difference decides.
+        let [one, other] = [(x, y), (z, w)].map(|(a, b)| two_product(a.abs(), b.abs()));
+        one.partial_cmp(&other).unwrap_or(Ordering::Equal)
+    }
+}
+
 impl Number for Wide {
     type Triple = Self;
 
@@ -118,13 +187,15 @@ impl Number for Wide {
     }
 }
 
+impl From<I192> for Wide {
+    fn from(x: I192) -> Self {
+        Self::of_limbs(x.limbs())
+    }
+}
+
 impl Triple for Wide {
     fn sign(&self) -> Sign {
         Self::sign(self)
-    }
-
-    fn magnitude(&self) -> Wide {
-        *self
     }
 
     fn compare_products(x: &Self, y: &Self, z: &Self, w: &Self) -> Ordering {
@@ -174,10 +245,6 @@ impl Triple for I192 {
             Ordering::Equal if self.low != 0 => Sign::Positive,
             order => Sign::of_order(order),
         }
-    }
-
-    fn magnitude(&self) -> Wide {
-        Wide::of_limbs(self.limbs())
     }
 
     #[inline]

@@ -3,6 +3,6 @@
 pub(crate) mod distance;
 pub(crate) mod expansion;
 pub(crate) mod filter;
-mod integer;
+pub(crate) mod integer;
 pub(crate) mod predicates;
 mod wide;

@@ -21,7 +21,7 @@ use glam::DVec3;
 use robust::{Coord, orient2d};
 
 use crate::exact::filter::{Cross, Sign};
-use crate::exact::integer::{Number, Triple, difference, small, wide};
+use crate::exact::integer::{Number, Triple, difference, short_direction, short_points, small, wide};
 use crate::geometry::ray::{Ray, Ties};
 use crate::geometry::triangles::Triangle;
 use crate::stats::Stats;
@@ -83,6 +83,9 @@ fn covers_exact(
         return false;
     }
     let points = [a, b, c, ray.origin];
+    if let (Some(points), Some(d)) = (short_points(&points), short_direction(ray.direction)) {
+        return covers_on_grid(&points, &d, ties, known, stats);
+    }
     match (small(&points), small(&[ray.direction])) {
         (Some((points, _)), Some(([d], _))) => covers_on_grid(&points, &d, ties, known, stats),
         _ => covers_on_grid(&wide(&points).0, &wide(&[ray.direction]).0[0], ties, known, stats),
@@ -173,6 +176,9 @@ fn exact_orientation(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Sign {
         return Sign::Zero;
     }
     let points = [a, b, c, d];
+    if let Some(points) = short_points(&points) {
+        return on_grid(&points);
+    }
     small(&points).map_or_else(|| on_grid(&wide(&points).0), |(points, _)| on_grid(&points))
 }
 
@@ -189,6 +195,9 @@ fn exact_facing(direction: DVec3, triangle: &Triangle) -> Sign {
         N::triple(d, &difference(b, a), &difference(c, a)).sign()
     }
     let points = [triangle.a, triangle.b, triangle.c];
+    if let (Some(points), Some(d)) = (short_points(&points), short_direction(direction)) {
+        return on_grid(&points, &d);
+    }
     match (small(&points), small(&[direction])) {
         (Some((points, _)), Some(([d], _))) => on_grid(&points, &d),
         _ => on_grid(&wide(&points).0, &wide(&[direction]).0[0]),
@@ -248,6 +257,9 @@ fn separates_exactly(
     }
     let Triangle { a, b, c } = *triangle;
     let points = [a, b, c, l, p];
+    if let Some(points) = short_points(&points) {
+        return on_grid(&points, known, stats);
+    }
     match small(&points) {
         Some((points, _)) => on_grid(&points, known, stats),
         None => on_grid(&wide(&points).0, known, stats),

@@ -135,6 +135,17 @@ impl RaySet<'_> {
         }
     }
 
+    /// How edge functions of zero get their sign.
+    pub(crate) fn ties(&self) -> Ties {
+        match self {
+            Self::Rays(rays) => rays.ties(),
+            Self::Samples(origin, _) => origin.ties(),
+            Self::Segments(_) => Ties::Direction,
+            Self::Shadows(light, _) => light.ties(),
+            Self::Ambient(_) => Ties::Origin,
+        }
+    }
+
     /// Whether the rays are what is tested, and not for culling only.
     pub(crate) fn are_rays(&self) -> bool {
         matches!(self, Self::Rays(_) | Self::Samples(..) | Self::Ambient(_))

@@ -1,6 +1,6 @@
 //! What the engine gives back: one (id, t) per ray, in the order of the rays.
 
-use crate::exact::distance::Distance;
+use crate::exact::distance::compare;
 use crate::exact::filter::Sign;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::{TriangleId, Triangles};
@@ -100,7 +100,7 @@ pub(crate) fn precedes(
     stats: &mut Stats,
 ) -> bool {
     let (one, other) = (triangles.triangle(first), triangles.triangle(second));
-    match Distance::new(ray, &one).compare(&Distance::new(ray, &other), stats) {
+    match compare(ray, &one, &other, stats) {
         Sign::Negative => true,
         Sign::Zero => first < second,
         Sign::Positive => false,

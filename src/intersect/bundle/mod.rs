@@ -204,7 +204,7 @@ impl Bundle<'_> {
             for (nearest, &ray) in nearest.iter_mut().zip(&rays) {
                 *nearest = self.found[ray as usize].nearest.hi;
             }
-            verdicts = pairs::filter(simd, triangles, &eight, &ids, &nearest);
+            verdicts = pairs::filter(simd, triangles, &eight, &ids, (&nearest, set.ties()));
         }
         for lane in bits(verdicts.possible & ((1 << count) - 1)) {
             let culled = &mut self.rays[rays[lane] as usize];

@@ -14,11 +14,12 @@
 //! Based on: Jonathan Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates",
 //! 1997 (filters).
 
-use fearless_simd::{mask32x8, prelude::*, u32x8};
+use fearless_simd::{mask32x8, prelude::*, u32x8, u64x8};
 
 use crate::exact::filter::TRIPLE_PRODUCT_ERROR;
+use crate::exact::integer::{SHORT_DIRECTION, SHORT_POINT, steps_of};
 use crate::geometry::aabb::U;
-use crate::geometry::ray::Ray;
+use crate::geometry::ray::{Ray, Ties};
 use crate::geometry::triangles::Triangles;
 use crate::intersect::bundle::eight_rays::EightRays;
 use crate::intersect::ray_set::Known;
@@ -58,9 +59,10 @@ pub(crate) fn filter<S: Simd>(
     triangles: &Triangles<'_>,
     rays: &[&Ray; LANES],
     ids: &[u32; LANES],
-    nearest: &[f64; LANES],
+    (nearest, ties): (&[f64; LANES], Ties),
 ) -> Verdicts {
-    let [a, b, c] = gather::corners(simd, triangles, ids);
+    let corners = gather::corners(simd, triangles, ids);
+    let [a, b, c] = corners;
     let rays = EightRays::new(simd, rays);
     let (ab, bc, ca) = (b.minus(a), c.minus(b), a.minus(c));
     let (sup_ab, sup_bc, sup_ca) = (ab.greatest(), bc.greatest(), ca.greatest());
@@ -77,15 +79,16 @@ pub(crate) fn filter<S: Simd>(
     let within = side.simd_eq(zero) & side_error.simd_eq(zero);
 
     let d = rays.direction;
-    let one = Signs::of(d.fused_dot(cross(a, ab)), of_direction * a.greatest() * sup_ab);
-    let two = Signs::of(d.fused_dot(cross(b, bc)), of_direction * b.greatest() * sup_bc);
-    let three = Signs::of(d.fused_dot(cross(c, ca)), of_direction * c.greatest() * sup_ca);
+    let edges = [d.fused_dot(cross(a, ab)), d.fused_dot(cross(b, bc)), d.fused_dot(cross(c, ca))];
+    let one = Signs::of(edges[0], of_direction * a.greatest() * sup_ab);
+    let two = Signs::of(edges[1], of_direction * b.greatest() * sup_bc);
+    let three = Signs::of(edges[2], of_direction * c.greatest() * sup_ca);
     let four = Signs::of(side, side_error);
-    let all_positive = one.positive & two.positive & three.positive & four.positive;
-    let all_negative = one.negative & two.negative & three.negative & four.negative;
+    let mut all_positive = one.positive & two.positive & three.positive & four.positive;
+    let mut all_negative = one.negative & two.negative & three.negative & four.negative;
     let some_positive = one.positive | two.positive | three.positive | four.positive;
     let some_negative = one.negative | two.negative | three.negative | four.negative;
-    let missed = (some_positive & some_negative) | within;
+    let mut missed = (some_positive & some_negative) | within;
 
     // t, as of `Distance::bounds`.
     let facing = d.fused_dot(normal);
@@ -100,6 +103,21 @@ pub(crate) fn filter<S: Simd>(
     let beyond = lo.simd_gt(Lanes::load_array_ref(simd, nearest));
     let after = rays.t_min.simd_eq(zero) | lo.simd_gt(rays.t_min);
     let before = rays.t_max.simd_eq(unbounded) | hi.simd_lt(rays.t_max);
+    let mut doubtful = !(missed | beyond | all_positive | all_negative);
+    if doubtful.to_bitmask() != 0 {
+        // From one of its corners no triangle is hit. Common where rays leave vertices.
+        let at_corner = a.greatest().simd_eq(zero) | b.greatest().simd_eq(zero) | c.greatest().simd_eq(zero);
+        missed |= at_corner;
+        doubtful &= !at_corner;
+    }
+    if doubtful.to_bitmask() != 0 {
+        let exact = are_short(simd, &corners, &rays) & doubtful;
+        let [positive, negative] = exact_signs(simd, edges, ([a, b, c], rays.direction), ties);
+        let hit = exact & ((positive & side.simd_gt(zero)) | (negative & side.simd_lt(zero)));
+        all_positive |= hit & positive;
+        all_negative |= hit & negative;
+        missed |= exact & !hit;
+    }
     let possible = !(missed | beyond);
     let certain = (all_positive | all_negative) & after & before & possible;
     Verdicts {
@@ -109,6 +127,61 @@ pub(crate) fn filter<S: Simd>(
         lo: lo.to_array(),
         hi: hi.to_array(),
     }
+}
+
+/// Which of eight pairs are short enough for f64 to be exact: coordinates of at most 15 bits on a common grid, directions of 18. See
+/// [`crate::exact::integer`].
+#[inline(always)]
+fn are_short<S: Simd>(simd: S, [a, b, c]: &[Points<S>; 3], rays: &EightRays<S>) -> LaneMask<S> {
+    let o = rays.origin;
+    let greatest = a.greatest().max(b.greatest()).max(c.greatest().max(o.greatest()));
+    let steps = grid_steps(greatest, SHORT_POINT);
+    let of_direction = grid_steps(rays.direction.greatest(), SHORT_DIRECTION);
+    let mut short = LaneMask::simd_from(simd, true);
+    for (point, steps) in [(*a, steps), (*b, steps), (*c, steps), (o, steps), (rays.direction, of_direction)]
+    {
+        for x in [point.x, point.y, point.z] {
+            short &= ((x + steps) - steps).simd_eq(x);
+        }
+    }
+    short
+}
+
+/// What rounds numbers up to some greatest ones to so many bits, when it is added and taken away.
+#[inline(always)]
+fn grid_steps<S: Simd>(greatest: Lanes<S>, bits: i32) -> Lanes<S> {
+    let exponent_bits = 0x7FF0_0000_0000_0000_u64;
+    let power: Lanes<S> = (greatest.bitcast::<u64x8<S>>() & exponent_bits).bitcast();
+    power * steps_of(bits)
+}
+
+/// Where all edge functions, which are exact, are positive, and where they are negative: zero has the sign of the first component of
+/// the edge's normal that is not zero. Nowhere, where all three are zero: the plane holds the direction.
+#[inline(always)]
+fn exact_signs<S: Simd>(
+    simd: S,
+    edges: [Lanes<S>; 3],
+    (corners, direction): ([Points<S>; 3], Points<S>),
+    ties: Ties,
+) -> [LaneMask<S>; 2] {
+    let zero = Lanes::simd_from(simd, 0.0);
+    let mut all_zero = LaneMask::simd_from(simd, true);
+    let (mut positive, mut negative) = (all_zero, all_zero);
+    for (k, edge) in edges.into_iter().enumerate() {
+        let (from, to) = (corners[k], corners[(k + 1) % 3]);
+        let normal = match ties {
+            Ties::Direction => cross(from, to),
+            Ties::Origin => cross(direction, to.minus(from)),
+        };
+        let last = normal.y.simd_eq(zero).select(normal.z, normal.y);
+        let tie = normal.x.simd_eq(zero).select(last, normal.x);
+        let is_zero = edge.simd_eq(zero);
+        let decided = is_zero.select(tie, edge);
+        all_zero &= is_zero;
+        positive &= decided.simd_gt(zero);
+        negative &= decided.simd_lt(zero);
+    }
+    [positive & !all_zero, negative & !all_zero]
 }
 
 /// The signs of eight numbers, where certain.
@@ -187,7 +260,6 @@ mod tests {
     use crate::exact::distance::{Distance, within_interval};
     use crate::exact::filter::Sign;
     use crate::exact::predicates::{covers_unfiltered, facing};
-    use crate::geometry::ray::Ties;
     use crate::geometry::triangles::Triangles;
     use crate::intersect::bundle::cull_space::tests::numbers;
     use crate::simd::isa::Isa;
@@ -251,8 +323,7 @@ mod tests {
                 let triangles = Triangles::new(&positions, &indices).expect("valid triangles");
                 let nearest = [2.5, f64::INFINITY].repeat(4).try_into().expect("eight");
                 let ids = [0, 1, 2, 3, 4, 5, 6, 7];
-                let verdicts =
-                    dispatch!(level, simd => filter(simd, &triangles, &rays.each_ref(), &ids, &nearest));
+                let verdicts = dispatch!(level, simd => filter(simd, &triangles, &rays.each_ref(), &ids, (&nearest, Ties::Direction)));
                 for (lane, ray) in rays.iter().enumerate() {
                     told += u32::from(check(&verdicts, lane, ray, &triangles, nearest[lane]));
                     asked += 1;

@@ -16,7 +16,7 @@ use std::ops::Range;
 use fearless_simd::{prelude::*, u32x8};
 
 use crate::intersect::grid::relations::{Relations, Twins};
-use crate::intersect::grid::tile_keys::{SIDE, TileKeys, eight, eight_mut};
+use crate::intersect::grid::tile_keys::{LANE_BITS, SIDE, TileKeys, eight, eight_mut};
 use crate::simd::lanes::{LANES, Narrow, NarrowMask};
 
 /// Keys that err by no more than this part of themselves give the distance: 1 in 4000 is then rounded by the exact
@@ -24,6 +24,8 @@ use crate::simd::lanes::{LANES, Narrow, NarrowMask};
 pub(crate) const KEY_ERROR: f64 = 1.0 / (1_u64 << 38) as f64;
 /// Room for records: what a tile's rays may need, and some more, so that records are dropped rarely.
 const RECORDS: usize = SIDE * SIDE + 512;
+/// Records of a block that are looked at together.
+const FEW: usize = 4;
 /// The record of rays that have hit nothing.
 const NO_RECORD: u32 = u32::MAX;
 
@@ -149,17 +151,31 @@ impl TileDepth {
     pub(crate) fn with_first(&self, (x, y): (u32, u32), rays: u64) -> (u64, u32) {
         let numbers = eight(&self.nearest[y as usize % SIDE], x);
         let first = numbers[rays.trailing_zeros() as usize % LANES];
-        let same = numbers.iter().rev().fold(0, |same, &number| same << 1 | u64::from(number == first));
-        (same & rays, first)
+        let same =
+            numbers.iter().zip(&LANE_BITS).map(|(&number, &bit)| if number == first { bit } else { 0 });
+        (u64::from(same.fold(0, |same, bit| same | bit)) & rays, first)
     }
 
-    /// The number of the record that all rays of some rows of a block from column `x` on have, if they do.
-    pub(crate) fn common_record(&self, x: u32, rows: Range<u32>) -> Option<u32> {
+    /// The numbers of the records that the rays of some rows of a block from column `x` on have, if there are few and all have one.
+    pub(crate) fn block_records(&self, x: u32, rows: Range<u32>) -> Option<([u32; FEW], usize)> {
         let rows = &self.nearest[rows.start as usize..rows.end as usize];
-        let first = rows.first()?[x as usize % SIDE];
-        let differing =
-            rows.iter().flat_map(|row| eight(row, x)).fold(0, |all, number| all | (number ^ first));
-        (differing == 0 && first != NO_RECORD).then_some(first)
+        let mut last = rows.first()?[x as usize % SIDE];
+        let (mut found, mut count) = ([last; FEW], 1);
+        for row in rows {
+            let numbers = eight(row, x);
+            // Most rows are of one record.
+            if numbers.iter().fold(0, |differing, number| differing | (number ^ last)) == 0 {
+                continue;
+            }
+            for &number in numbers {
+                if number != last && !found.contains(&number) {
+                    *found.get_mut(count)? = number;
+                    count += 1;
+                }
+                last = number;
+            }
+        }
+        (!found.contains(&NO_RECORD)).then_some((found, count))
     }
 
     /// The nearest hit of a ray, with the id of its triangle.
@@ -174,6 +190,21 @@ impl TileDepth {
     pub(crate) fn key(&self, record: u32, x: u32, y: u32) -> f64 {
         let [c, along_x, along_y] = self.records[record as usize].key;
         c + along_x * f64::from(x) + along_y * f64::from(y)
+    }
+
+    /// Keeps hits of some of eight rays from column `x` of row `y`.
+    pub(crate) fn put_some(
+        &mut self,
+        (x, y): (u32, u32),
+        rays: u64,
+        bounds: [&[f32; LANES]; 2],
+        record: u32,
+    ) {
+        let numbers = eight_mut(&mut self.nearest[y as usize % SIDE], x);
+        for (number, &bit) in numbers.iter_mut().zip(&LANE_BITS) {
+            *number = if rays as u32 & bit == bit { record } else { *number };
+        }
+        self.keys.put_some((x, y), rays, bounds);
     }
 
     /// Keeps a hit.

@@ -43,15 +43,31 @@ pub(crate) enum Relation {
 #[derive(Debug)]
 pub(crate) struct Relations {
     pairs: [([u32; 2], Relation); PAIRS],
-    /// Whether some relation was found since this was last reset: there may be more of that kind.
-    pub(crate) found: bool,
+    /// Whether the triangle at hand has had some relation, and whether any triangle of the tile was found equal to another: there may be
+    /// more of that kind.
+    found: bool,
+    equal: bool,
     /// Whether there is anything to forget.
     used: bool,
 }
 
 impl Relations {
-    pub(crate) const NONE: Self =
-        Self { pairs: [([NO_TRIANGLE; 2], Relation::Varies); PAIRS], found: false, used: false };
+    pub(crate) const NONE: Self = Self {
+        pairs: [([NO_TRIANGLE; 2], Relation::Varies); PAIRS],
+        found: false,
+        equal: false,
+        used: false,
+    };
+
+    /// Turns to another triangle.
+    pub(crate) fn begin(&mut self) {
+        self.found = self.equal;
+    }
+
+    /// Whether blocks are worth looking at together.
+    pub(crate) fn are_found(&self) -> bool {
+        self.found
+    }
 
     /// Readies the memory for another tile.
     pub(crate) fn forget(&mut self) {
@@ -60,15 +76,23 @@ impl Relations {
         }
     }
 
-    /// The relation of two triangles; `decide` finds it.
-    fn of(&mut self, [id, other]: [u32; 2], decide: impl FnOnce() -> Relation) -> Relation {
-        let place = (id.wrapping_mul(0x9E37_79B1) ^ other.wrapping_mul(0x85EB_CA77)) >> 16;
-        let (pair, relation) = &mut self.pairs[place as usize % PAIRS];
-        if *pair != [id, other] {
-            (*pair, *relation) = ([id, other], decide());
-            self.used = true;
-        }
-        *relation
+    /// The place of a pair.
+    #[inline]
+    fn place([id, other]: [u32; 2]) -> usize {
+        ((id.wrapping_mul(0x9E37_79B1) ^ other.wrapping_mul(0x85EB_CA77)) >> 16) as usize % PAIRS
+    }
+
+    /// The relation of two triangles, if it is remembered.
+    #[inline]
+    fn recall(&self, pair: [u32; 2]) -> Option<Relation> {
+        let (remembered, relation) = self.pairs[Self::place(pair)];
+        (remembered == pair).then_some(relation)
+    }
+
+    /// Remembers the relation of two triangles.
+    fn remember(&mut self, pair: [u32; 2], relation: Relation) {
+        self.pairs[Self::place(pair)] = (pair, relation);
+        self.used = true;
     }
 }
 
@@ -131,31 +155,40 @@ fn place_of(triangle: &Triangle) -> usize {
 
 impl Tile<'_, TileDepth> {
     /// Where a triangle, set up in a lane, lies to that of a record.
-    pub(crate) fn relation(&mut self, (id, lane): (u32, usize), number: u32, stats: &mut Stats) -> Relation {
-        let record = self.work.depth.records[number as usize];
-        let (query, setups) = (&self.query, &self.work.setups);
-        let [c, x, y, error] = setups.key.each_ref().map(|part| part[lane % LANES]);
-        let TileDepth { relations, twins, .. } = &mut self.work.depth;
-        let relation = relations.of([id, record.id], || {
-            let pair = [id, record.id].map(|id| query.context.triangles.triangle(id));
-            if same_corners(&pair[0], &pair[1]) {
-                twins.see();
-                return Relation::Equal;
-            }
-            let by_keys = compare_keys(([c, x, y], error), &record);
-            if by_keys != Relation::Varies {
-                return by_keys;
-            }
-            stats.ambiguous_order += 1;
-            compare_planes(query.view.origin, &pair)
-        });
+    #[inline]
+    pub(crate) fn relation(&mut self, (id, lane): (u32, usize), record: u32, stats: &mut Stats) -> Relation {
+        let other = self.work.depth.records[record as usize].id;
+        let relation = self.work.depth.relations.recall([id, other]);
+        let relation = relation.unwrap_or_else(|| self.find_relation((id, lane), record, stats));
+        let relations = &mut self.work.depth.relations;
         relations.found |= relation != Relation::Varies;
+        relations.equal |= relation == Relation::Equal;
+        relation
+    }
+
+    /// The same, not known yet.
+    #[inline(never)]
+    fn find_relation(&mut self, (id, lane): (u32, usize), record: u32, stats: &mut Stats) -> Relation {
+        let record = self.work.depth.records[record as usize];
+        let [c, x, y, error] = self.work.setups.key.each_ref().map(|part| part[lane % LANES]);
+        let pair = [id, record.id].map(|id| self.query.context.triangles.triangle(id));
+        let relation = if same_corners(&pair[0], &pair[1]) {
+            self.work.depth.twins.see();
+            Relation::Equal
+        } else {
+            let by_keys = compare_keys(([c, x, y], error), &record);
+            by_keys.unwrap_or_else(|| {
+                stats.ambiguous_order += 1;
+                compare_planes(self.query.view.origin, &pair)
+            })
+        };
+        self.work.depth.relations.remember([id, record.id], relation);
         relation
     }
 }
 
-/// By the keys at the corners of the tile.
-fn compare_keys(([c, x, y], error): ([f64; 3], f64), record: &Record) -> Relation {
+/// By the keys at the corners of the tile, as far as f64 can tell.
+fn compare_keys(([c, x, y], error): ([f64; 3], f64), record: &Record) -> Option<Relation> {
     let last = f64::from(TILE_SIDE - 1);
     let (mut nearer, mut farther) = (true, true);
     for [column, row] in [[0.0, 0.0], [last, 0.0], [0.0, last], [last, last]] {
@@ -167,9 +200,9 @@ fn compare_keys(([c, x, y], error): ([f64; 3], f64), record: &Record) -> Relatio
         farther &= key - other < -error;
     }
     match (nearer, farther) {
-        (true, _) => Relation::Nearer,
-        (_, true) => Relation::Farther,
-        _ => Relation::Varies,
+        (true, _) => Some(Relation::Nearer),
+        (_, true) => Some(Relation::Farther),
+        _ => None,
     }
 }
 

@@ -71,14 +71,18 @@ impl TileDepth {
         let mut x = 0;
         for (ids, ts) in id_eights.iter_mut().zip(t_eights) {
             let doubtful = self.resolve(simd, (x, y), covered >> x & 0xFF, origin, (ids, ts));
-            self.decide(query, (x, y), (ts, doubtful), &ray, stats);
+            if doubtful != 0 {
+                self.decide(query, (x, y), (ts, doubtful), &ray, stats);
+            }
             x += BLOCK_SIDE;
         }
         if !last_ids.is_empty() {
             let (mut ids, mut ts) = ([0; LANES], [0.0; LANES]);
             let covered = covered >> x & ((1 << last_ids.len()) - 1);
             let doubtful = self.resolve(simd, (x, y), covered, origin, (&mut ids, &mut ts));
-            self.decide(query, (x, y), (&mut ts, doubtful), &ray, stats);
+            if doubtful != 0 {
+                self.decide(query, (x, y), (&mut ts, doubtful), &ray, stats);
+            }
             last_ids.copy_from_slice(&ids[..last_ids.len()]);
             last_ts.copy_from_slice(&ts[..last_ids.len()]);
         }

@@ -32,7 +32,7 @@ use crate::intersect::pencil::rect::{Rect, TILE_SIDE};
 use crate::intersect::pencil::setup::Setups;
 use crate::rays::hits::precedes;
 use crate::rays::origin::Origin;
-use crate::simd::lanes::{LANES, Narrow, bits};
+use crate::simd::lanes::{LANES, Narrow, NarrowMask, bits};
 use crate::stats::Stats;
 
 /// 0 to 7.
@@ -149,13 +149,13 @@ impl LeafDepth for TileDepth {
         if !tile.work.depth.keys.ready {
             tile.work.depth.make_ready();
         }
-        tile.work.depth.relations.found = false;
+        tile.work.depth.relations.begin();
         let record = tile.work.depth.next_record();
         let primitive = Primitive { id, lane, record, greatest };
         let hit = if rect.width() <= BLOCK_SIDE {
             // One row of lanes is enough, wherever it begins.
             let x = rect.x0.min(TILE_SIDE - BLOCK_SIDE);
-            tile.intersect_rows::<S, false>(simd, primitive, (x, rect.y0..rect.y1), stats)
+            tile.intersect_rows::<S, false, false>(simd, primitive, (x, rect.y0..rect.y1), stats)
         } else {
             tile.intersect_blocks(simd, primitive, rect, stats)
         };
@@ -186,13 +186,17 @@ impl Tile<'_, TileDepth> {
             for bx in bits(met) {
                 // In range: eight blocks.
                 let part = (bx as u32 * BLOCK_SIDE, rows.clone());
-                if self.work.depth.relations.found && self.hides_block(primitive, &part, stats) {
-                    continue;
-                }
-                hit |= if inside >> bx & 1 == 1 {
-                    self.intersect_rows::<S, true>(simd, primitive, part, stats)
+                let known = if self.work.depth.relations.are_found() {
+                    self.precedes_block(primitive, &part, stats)
                 } else {
-                    self.intersect_rows::<S, false>(simd, primitive, part, stats)
+                    None
+                };
+                hit |= match (inside >> bx & 1 == 1, known) {
+                    (_, Some(false)) => false,
+                    (true, None) => self.intersect_rows::<S, true, false>(simd, primitive, part, stats),
+                    (false, None) => self.intersect_rows::<S, false, false>(simd, primitive, part, stats),
+                    (true, _) => self.intersect_rows::<S, true, true>(simd, primitive, part, stats),
+                    (false, _) => self.intersect_rows::<S, false, true>(simd, primitive, part, stats),
                 };
             }
         }
@@ -222,10 +226,10 @@ impl Tile<'_, TileDepth> {
         (met, inside & met)
     }
 
-    /// Tests one triangle against eight columns of some rows of rays, all of them `INSIDE` its edges or not; tells
-    /// whether any of them hit it.
+    /// Tests one triangle against eight columns of some rows of rays, all of them `INSIDE` its edges or not; tells whether
+    /// any of them hit it. Of what comes `FIRST` it is known already that it lies before what the rays have hit.
     #[inline(always)]
-    fn intersect_rows<S: Simd, const INSIDE: bool>(
+    fn intersect_rows<S: Simd, const INSIDE: bool, const FIRST: bool>(
         &mut self,
         simd: S,
         primitive: Primitive,
@@ -245,7 +249,8 @@ impl Tile<'_, TileDepth> {
             let key = triangle.slope.at(y);
             let (hi, near_lo) = (key + triangle.highest, self.work.depth.keys.lo(simd, x, j));
             let least = if INSIDE { zero } else { triangle.least_edge(y) };
-            let mut kept = hi.simd_ge(near_lo);
+            let all = NarrowMask::simd_from(simd, true);
+            let mut kept = if FIRST { all } else { hi.simd_ge(near_lo) };
             if !INSIDE {
                 kept &= least.simd_ge(-doubt);
             }
@@ -255,7 +260,7 @@ impl Tile<'_, TileDepth> {
             }
             // Before what the ray has hit, and inside, for certain.
             let (lo, near_hi) = (key + triangle.lowest, self.work.depth.keys.hi(simd, x, j));
-            let mut sure = lo.simd_gt(near_hi);
+            let mut sure = if FIRST { all } else { lo.simd_gt(near_hi) };
             if !INSIDE {
                 sure &= least.simd_gt(doubt);
             }
@@ -305,9 +310,9 @@ impl Tile<'_, TileDepth> {
             if let Some(nearer) = self.precedes_record(primitive, number, stats) {
                 stats.doubtful_samples += u64::from(same.count_ones());
                 lanes &= !same;
-                // In range: fewer than eight columns.
-                bits(if nearer { same } else { 0 })
-                    .for_each(|lane| self.work.depth.put(x + lane as u32, j, candidate(lane)));
+                if nearer {
+                    self.work.depth.put_some((x, j), same, [&lo, &hi], primitive.record);
+                }
                 hit |= nearer;
             }
         }
@@ -331,16 +336,18 @@ impl Tile<'_, TileDepth> {
         }
     }
 
-    /// Whether all rays of some rows of a block have hit one triangle, which is known to come before another.
+    /// Whether a triangle comes before all that the rays of some rows of a block have hit, or after it, if that is known.
     #[inline(never)]
-    fn hides_block(
+    fn precedes_block(
         &mut self,
         primitive: Primitive,
         (x, rows): &(u32, Range<u32>),
         stats: &mut Stats,
-    ) -> bool {
-        let number = self.work.depth.common_record(*x, rows.clone());
-        number.and_then(|number| self.precedes_record(primitive, number, stats)) == Some(false)
+    ) -> Option<bool> {
+        let (records, count) = self.work.depth.block_records(*x, rows.clone())?;
+        let first = self.precedes_record(primitive, records[0], stats)?;
+        let same = |&number: &u32| self.precedes_record(primitive, number, stats) == Some(first);
+        records[1..count].iter().all(same).then_some(first)
     }
 
     /// Decides one ray exactly: coverage, then the order. Tells whether it hit the triangle.
@@ -357,10 +364,15 @@ impl Tile<'_, TileDepth> {
             return false;
         }
         stats.doubtful_samples += 1;
-        let ray = || -> Ray { view.origin.ray(view.film.at(self.rect.x0 + i, self.rect.y0 + j)) };
+        let at = view.film.at(self.rect.x0 + i, self.rect.y0 + j);
+        let ray = || -> Ray { view.origin.ray(at) };
         if exact {
-            let triangle = triangles.triangle(id);
-            if !covers(&ray(), &triangle, view.origin.ties(), stats) {
+            let (triangle, ties) = (triangles.triangle(id), stats.edge_ties);
+            let covers = covers(&ray(), &triangle, view.origin.ties(), stats);
+            if stats.edge_ties > ties {
+                self.meet_edge();
+            }
+            if !covers {
                 return false;
             }
         }

@@ -11,6 +11,9 @@ use crate::intersect::grid::hierarchical_z::HierarchicalZ;
 use crate::intersect::pencil::rect::TILE_SIDE;
 use crate::simd::lanes::{LANES, Narrow, NarrowMask, bits, least_of};
 
+/// The bit of each of eight rays.
+pub(crate) const LANE_BITS: [u32; LANES] = [1, 2, 4, 8, 16, 32, 64, 128];
+
 /// Rays along one side of a tile.
 pub(crate) const SIDE: usize = TILE_SIDE as usize;
 
@@ -128,6 +131,17 @@ impl TileKeys {
     pub(crate) fn at(&self, x: u32, y: u32) -> [f32; 2] {
         let (x, y) = (x as usize % SIDE, y as usize % SIDE);
         [self.lo[y][x], self.hi[y][x]]
+    }
+
+    /// Keeps bounds for some of eight rays from column `x` of row `y`.
+    pub(crate) fn put_some(&mut self, (x, y): (u32, u32), rays: u64, [lo, hi]: [&[f32; LANES]; 2]) {
+        let row = y as usize % SIDE;
+        for (kept, new) in [(&mut self.lo[row], lo), (&mut self.hi[row], hi)] {
+            for ((kept, &new), &bit) in eight_mut(kept, x).iter_mut().zip(new).zip(&LANE_BITS) {
+                *kept = if rays as u32 & bit == bit { new } else { *kept };
+            }
+        }
+        self.cover(x, y, rays);
     }
 
     /// Keeps bounds for one ray.

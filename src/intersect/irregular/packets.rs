@@ -22,6 +22,7 @@
 
 use fearless_simd::{prelude::*, u32x8};
 
+use crate::geometry::triangles::TriangleId;
 use crate::intersect::irregular::bounds::Bounds;
 use crate::intersect::irregular::face_points::{FacePoints, TILE_POINTS, ToTile};
 use crate::intersect::pencil::leaf::{LeafDepth, Tile};
@@ -296,12 +297,17 @@ impl Tile<'_, Packets<'_>> {
     #[inline(never)]
     fn decide(&mut self, first: usize, doubtful: u64, id: u32, stats: &mut Stats) {
         let packets = &mut self.work.depth;
+        let corners = self.query.context.triangles.corners(TriangleId(id));
         for index in bits(doubtful).map(|lane| first + lane) {
             if packets.lo[index] == f32::INFINITY {
                 continue;
             }
-            stats.doubtful_samples += 1;
             let receiver = &packets.receivers[packets.ids[index] as usize];
+            // No triangle keeps light from its corners. Common where receivers are vertices.
+            if corners.contains(&receiver.point) {
+                continue;
+            }
+            stats.doubtful_samples += 1;
             let triangle = self.query.context.triangles.triangle(id);
             if blocks(self.query.view.origin, receiver, (id, &triangle), stats) {
                 (packets.lo[index], packets.hi[index]) = (f32::INFINITY, f32::INFINITY);

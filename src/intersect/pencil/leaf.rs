@@ -29,6 +29,7 @@ use crate::intersect::pencil::viewport::Viewport;
 use crate::objects::boxes::Boxes;
 use crate::objects::gather;
 use crate::objects::runs::Runs;
+use crate::rays::film::Sampling;
 use crate::rays::frustum::{Frustum, Interval};
 use crate::rays::origin::Origin;
 use crate::simd::lanes::{LANES, Points, bits};
@@ -82,6 +83,8 @@ pub(crate) struct Workspace<D> {
     /// Triangles that wait.
     waiting: Waiting,
     pub(crate) setups: Setups,
+    /// Whether some ray of a film has met an edge, see [`TileRays::on_lattice`].
+    on_lattice: bool,
 }
 
 impl<D> Workspace<D> {
@@ -104,6 +107,7 @@ impl<D> Workspace<D> {
                 reaches: [DVec3::ZERO; 2],
             },
             setups: Setups::EMPTY,
+            on_lattice: false,
         })
     }
 
@@ -156,14 +160,15 @@ impl<'a, D: LeafDepth> Tile<'a, D> {
         let span = [film.at(rect.x0, rect.y0), right * film.step(), -up * film.step()];
         let frustum = Frustum::new(projection, x, y, start);
         let limits = frustum.limits(&query.bounds);
-        Self {
-            query,
-            rect,
-            work,
-            frustum,
-            limits,
-            rays: TileRays { origin: *origin, span, sampling: *sampling },
-        }
+        let (sampling, on_lattice) = (*sampling, work.on_lattice && *sampling == Sampling::Grid);
+        let rays = TileRays { origin: *origin, span, sampling, on_lattice };
+        Self { query, rect, work, frustum, limits, rays }
+    }
+
+    /// Notes that a ray at the centre of a pixel has met an edge exactly.
+    pub(crate) fn meet_edge(&mut self) {
+        self.work.on_lattice = true;
+        self.rays.on_lattice = self.rays.sampling == Sampling::Grid;
     }
 }
 

@@ -17,6 +17,11 @@
 //! triangles at an edge still round alike. As c and S count from the tile's corner and not from the film's centre,
 //! about 10⁻⁵ of a pixel along an edge is in doubt.
 //!
+//! **Lattices.** Where rays and corners lie on a lattice, rays meet edges exactly and all over. Once some ray of a film has, see
+//! [`TileRays::on_lattice`], edge functions of short numbers are taken as what they are, integers: where f64 has formed c, v_x and v_y
+//! without rounding, as multiples of a unit of at least 2⁻²¹S, that unit becomes 4. What f32 evaluates is then a multiple of 4, without
+//! rounding, and the sign of a zero, one bit per edge and pencil, is added to c as ±2: nothing is in doubt any more.
+//!
 //! Based on: Marc Olano and Trey Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997; Jonathan
 //! Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997 (static
 //! filters).
@@ -25,6 +30,7 @@ use fearless_simd::{prelude::*, u64x8};
 use glam::DVec3;
 
 use crate::exact::filter::{Sign, TRIPLE_PRODUCT_ERROR};
+use crate::exact::integer::{SHORT_DIRECTION, SHORT_POINT, numbers_are_short, steps_of};
 use crate::exact::predicates::{facing, orientation};
 use crate::geometry::aabb::U;
 use crate::geometry::triangles::Triangle;
@@ -56,6 +62,9 @@ const KEY_LIMIT: f64 = 1e37;
 
 /// Keeps the divisor of edge functions that are zero everywhere from being zero.
 const TINY: f64 = 1e-290;
+
+/// Bits of edge functions that are taken as integers, without the 2 for the unit of 4 and 1 for the bit that is added.
+const INTEGER_BITS: i32 = 21;
 
 /// The greatest column or row of a tile.
 const LAST: f64 = (TILE_SIDE - 1) as f64;
@@ -96,6 +105,8 @@ pub(crate) struct TileRays {
     /// F, R and U: the first ray, the step to the next column and the step to the next row.
     pub(crate) span: [DVec3; 3],
     pub(crate) sampling: Sampling,
+    /// Whether to look for edge functions that are exact: worth its while where rays meet edges.
+    pub(crate) on_lattice: bool,
 }
 
 impl TileRays {
@@ -180,6 +191,8 @@ pub(crate) fn set_up<S: Simd>(
     let relative = [a.minus(base), b.minus(base), c.minus(base)];
     let zero = Lanes::simd_from(simd, 0.0);
     let longest = [longest(sides[0]), longest(sides[1]), longest(sides[2])];
+    let short =
+        if rays.on_lattice { are_short(simd, rays, &corners) } else { LaneMask::simd_from(simd, false) };
 
     // The normal (b − a)×(c − a); the side of the origin, A·N or D·N, is the sign of a hit and the denominator of the key.
     let normal = cross(sides[2], sides[0]);
@@ -194,10 +207,14 @@ pub(crate) fn set_up<S: Simd>(
 
     for edge in 0..3 {
         let next = (edge + 1) % 3;
-        let function = edge_function(simd, rays, relative[edge].plus(relative[next]), sides[edge]);
+        let ends = relative[edge].plus(relative[next]);
+        let (function, normal) = edge_function(simd, rays, ends, sides[edge]);
         let error = longest[edge] * edge_error + function.size() * rays.affine_error() + TINY;
         let scale = power_of_two_below((zero + 1.0) / error);
-        let scaled = function.times(negative.select(-scale, scale)).0;
+        let mut scaled = function.times(negative.select(-scale, scale)).0;
+        if rays.on_lattice {
+            scaled = as_integers(short, (function, normal), negative, scaled);
+        }
         for (stored, part) in setups.edges[edge].iter_mut().zip(scaled) {
             narrow(part).store_slice(stored);
         }
@@ -212,21 +229,77 @@ pub(crate) fn set_up<S: Simd>(
     store_key(zero, numerator, quotient, rays.affine_error() * KEY_FACTOR, setups);
 }
 
-/// c, v_x and v_y of an edge function, given the sum of its ends (from the base) and their difference.
+/// c, v_x and v_y of an edge function, and n, given the sum of its ends (from the base) and their difference.
 #[inline(always)]
-fn edge_function<S: Simd>(simd: S, rays: &TileRays, ends: Points<S>, along: Points<S>) -> Affine<S> {
+fn edge_function<S: Simd>(
+    simd: S,
+    rays: &TileRays,
+    ends: Points<S>,
+    along: Points<S>,
+) -> (Affine<S>, Points<S>) {
     let [f, r, u] = rays.span;
     match rays.origin {
         Origin::Point(_) => {
             let n = cross(ends, along);
-            Affine([n.dot(f), n.dot(r), n.dot(u)])
+            (Affine([n.dot(f), n.dot(r), n.dot(u)]), n)
         }
         Origin::Infinity(d) => {
             // The ends are a − F and b − F: their sum has the opposite sign of (F − a) + (F − b).
             let n = cross(Points::splat(simd, d), along);
-            Affine([-n.dot_lanes(ends), n.dot(r * 2.0), n.dot(u * 2.0)])
+            (Affine([-n.dot_lanes(ends), n.dot(r * 2.0), n.dot(u * 2.0)]), n)
         }
     }
+}
+
+/// The lanes in which f64 forms c, v_x and v_y of edge functions exactly. What is a point has at most 14 bits on a common grid, what is
+/// a direction 18: ends have 16, differences 15, n 32 from a point and 34 at infinity, and the dot products at most 52.
+#[inline(always)]
+fn are_short<S: Simd>(simd: S, rays: &TileRays, [a, b, c]: &[Points<S>; 3]) -> LaneMask<S> {
+    let [f, r, u] = rays.span;
+    let (points, directions) = match rays.origin {
+        Origin::Point(o) => ([o; 3], [f, r, u]),
+        // Twice the steps are what is used.
+        Origin::Infinity(d) => ([f, r * 2.0, u * 2.0], [d; 3]),
+    };
+    let mut short = LaneMask::simd_from(simd, numbers_are_short(&directions, SHORT_DIRECTION));
+    let mut greatest = a.greatest().max(b.greatest()).max(c.greatest());
+    for point in points {
+        greatest = greatest.max(Lanes::simd_from(simd, point.abs().max_element()));
+    }
+    let exponents = greatest.bitcast::<u64x8<S>>() & 0x7FF0_0000_0000_0000_u64;
+    let steps = exponents.bitcast::<Lanes<S>>() * steps_of(SHORT_POINT - 1);
+    let [f, r, u] = points.map(|point| Points::splat(simd, point));
+    for point in [*a, *b, *c, f, r, u] {
+        for x in [point.x, point.y, point.z] {
+            short &= ((x + steps) - steps).simd_eq(x);
+        }
+    }
+    short
+}
+
+/// Exact edge functions as multiples of 4 below 2²³, and ±2 more: positive where the triangle owns the edge. Those of other lanes, and
+/// those of more bits, as they are.
+#[inline(always)]
+fn as_integers<S: Simd>(
+    short: LaneMask<S>,
+    (function, n): (Affine<S>, Points<S>),
+    negative: LaneMask<S>,
+    [c, x, y]: [Lanes<S>; 3],
+) -> [Lanes<S>; 3] {
+    let power = power_of_two_below(function.size());
+    let mut fits = short;
+    for value in function.0 {
+        let steps = power * steps_of(INTEGER_BITS);
+        fits &= ((value + steps) - steps).simd_eq(value);
+    }
+    // The unit is 2^(1 − 21) of that power.
+    let scale = power.simd_gt(0.0).select(f64::from(1 << (INTEGER_BITS + 1)) / power, power);
+    let [exact_c, exact_x, exact_y] = function.times(negative.select(-scale, scale)).0;
+    let last = n.y.simd_eq(0.0).select(n.z, n.y);
+    let tie = n.x.simd_eq(0.0).select(last, n.x);
+    let owned = tie.simd_lt(0.0) ^ !negative;
+    let bias = owned.select(power * 0.0 + 2.0, power * 0.0 - 2.0);
+    [fits.select(exact_c + bias, c), fits.select(exact_x, x), fits.select(exact_y, y)]
 }
 
 /// The key as a quotient, and its bounds in f32. Where the divisor may be zero the bounds are infinite.

@@ -5,7 +5,7 @@
 
 use std::cmp::Ordering;
 
-use crate::exact::distance::Distance;
+use crate::exact::distance::compare;
 use crate::exact::filter::Sign;
 use crate::geometry::aabb::widen;
 use crate::geometry::ray::Ray;
@@ -52,7 +52,7 @@ impl Micropolygon {
     /// Whether this one comes before the other along a ray that hits both.
     pub(crate) fn precedes(&self, other: &Self, ray: &Ray, stats: &mut Stats) -> bool {
         let (one, another) = (triangle_of(&self.corners), triangle_of(&other.corners));
-        match Distance::new(ray, &one).compare(&Distance::new(ray, &another), stats) {
+        match compare(ray, &one, &another, stats) {
             Sign::Negative => true,
             Sign::Zero => self.order(other) == Ordering::Less,
             Sign::Positive => false,
