@@ -185,7 +185,7 @@ fn centres_that_are_none() {
     }
     refuse(&place, "--center 1,2,3 --target 1,2,3", 2, &["--center", "--target"]);
     refuse(&place, "--center 1,2,3 --up 0,0,0", 2, &["--up"]);
-    refuse(&place, "--center 1,2,3 --target 1,3,3", 2, &["--up"]);
+    refuse(&place, "--center 1,2,3 --target 1,3,3 --up 0,2,0", 2, &["--up"]);
 }
 
 #[test]

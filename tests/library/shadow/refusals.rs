@@ -33,8 +33,12 @@ fn lights_that_are_none() {
         ("--light 1,2,3 --sun 0,1,0", "--sun"),
     ] {
         refuse(&format!("shadow floor.obj {light} -o a.npy"), 2, named);
+        // Masks take lights of both kinds, and so do pictures.
+        if light.contains("3 --sun") {
+            continue;
+        }
         refuse(&format!("shadow floor.obj {light} --mask a.npy"), 2, named);
-        if !light.is_empty() && !light.contains("3 --sun") {
+        if !light.is_empty() {
             refuse(&format!("render floor.obj {light} -o a.png"), 2, named);
         }
     }
