@@ -179,6 +179,13 @@ pub enum Error {
         "this thread flushes subnormal numbers to zero (FTZ/DAZ); clear that mode before calling the engine"
     )]
     FlushToZero,
+
+    /// A thread rounds otherwise than to nearest, so that error bounds would not hold.
+    #[error(
+        "a thread of this process does not round to nearest: set its rounding mode back before the call, or call from a thread \
+         that was started before it was changed"
+    )]
+    RoundingMode,
 }
 
 impl Error {

@@ -97,7 +97,8 @@ fn of_engine(error: &engine::Error) -> u8 {
         | E::ShadingRate { .. }
         | E::Spacing { .. }
         | E::Isa { .. }
-        | E::FlushToZero => 2,
+        | E::FlushToZero
+        | E::RoundingMode => 2,
         _ => 1,
     }
 }

@@ -33,6 +33,10 @@ pub(crate) struct Distance<'a> {
 }
 
 /// t exactly: numerator over denominator, both with the same sign.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a box would allocate where nothing else does; these live for one comparison"
+)]
 enum Fraction {
     /// Both are f64.
     Short(f64, f64),

@@ -160,7 +160,7 @@ impl Dial<'_> {
                 continue;
             }
             let fitting = |clock: &Clock| clock.work_in(left()).min(f64::from(most)) as u32 / per_ray;
-            if fitting(&clock) <= rays {
+            if fitting(&clock) <= rays && rays < 65_536 {
                 return Ok((self.hurried(seconds, rays), Some(Done { found, times })));
             }
             let (tried, law) = self.measured(fitting(&clock).min(MOST_RAYS), ESTIMATING * seconds)?;

@@ -1,5 +1,6 @@
 //! Pixels of a grid film, taken in tiles and blocks.
 
+pub(crate) mod compare;
 pub(crate) mod depth;
 pub(crate) mod hierarchical_z;
 pub(crate) mod relations;

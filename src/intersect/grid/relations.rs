@@ -5,29 +5,17 @@
 //! the tile:
 //! - triangles with the same corners, in whatever order, have the same hits; so a copy with a larger id is dropped unseen, once
 //!   the first copy was met ([`Twins`]);
-//! - triangles in one plane have the same t along every ray;
-//! - in planes across the same axis, the one with the nearer coordinate is nearer everywhere;
-//! - keys are affine: where their difference exceeds its errors at the four corners of the tile, with one sign, it does so on all of it.
+//! - triangles in one plane have the same t along every ray, and more such rules in [`crate::intersect::grid::compare`].
 //!
 //! The memory is bounded: a place for each of some pairs, where a later pair drops an earlier one. It changes time only.
 
-use crate::exact::distance::{across, same_corners};
-use crate::exact::filter::Sign;
-use crate::exact::predicates::coplanar;
+use crate::exact::distance::same_corners;
 use crate::geometry::triangles::{Triangle, Triangles};
-use crate::intersect::grid::depth::{KEY_ERROR, Record, TileDepth};
-use crate::intersect::pencil::leaf::Tile;
-use crate::intersect::pencil::rect::TILE_SIDE;
 use crate::rays::hits::NO_TRIANGLE;
-use crate::rays::origin::Origin;
-use crate::simd::lanes::LANES;
-use crate::stats::Stats;
 
 /// Pairs that are remembered, and triangles that may have twins: powers of two.
 const PAIRS: usize = 128;
 const TWINS: usize = 512;
-/// Evaluating a key and taking a difference: a few roundings, as a part of the keys.
-const DIFFERENCE_ERROR: f64 = 4.0 * f64::EPSILON;
 
 /// Where a triangle lies to another one along all rays of a tile that hit both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,13 +72,20 @@ impl Relations {
 
     /// The relation of two triangles, if it is remembered.
     #[inline]
-    fn recall(&self, pair: [u32; 2]) -> Option<Relation> {
+    pub(crate) fn recall(&self, pair: [u32; 2]) -> Option<Relation> {
         let (remembered, relation) = self.pairs[Self::place(pair)];
         (remembered == pair).then_some(relation)
     }
 
+    /// Notes a relation of the triangle at hand.
+    #[inline]
+    pub(crate) fn note(&mut self, relation: Relation) {
+        self.found |= relation != Relation::Varies;
+        self.equal |= relation == Relation::Equal;
+    }
+
     /// Remembers the relation of two triangles.
-    fn remember(&mut self, pair: [u32; 2], relation: Relation) {
+    pub(crate) fn remember(&mut self, pair: [u32; 2], relation: Relation) {
         self.pairs[Self::place(pair)] = (pair, relation);
         self.used = true;
     }
@@ -115,7 +110,7 @@ impl Twins {
     }
 
     /// Notes that there are twins.
-    fn see(&mut self) {
+    pub(crate) fn see(&mut self) {
         if !self.seen {
             *self = Self { seen: true, ..Self::NONE };
         }
@@ -151,76 +146,4 @@ fn place_of(triangle: &Triangle) -> usize {
     };
     let sum = mixed(triangle.a).wrapping_add(mixed(triangle.b)).wrapping_add(mixed(triangle.c));
     (sum >> 40) as usize % TWINS
-}
-
-impl Tile<'_, TileDepth> {
-    /// Where a triangle, set up in a lane, lies to that of a record.
-    #[inline]
-    pub(crate) fn relation(&mut self, (id, lane): (u32, usize), record: u32, stats: &mut Stats) -> Relation {
-        let other = self.work.depth.records[record as usize].id;
-        let relation = self.work.depth.relations.recall([id, other]);
-        let relation = relation.unwrap_or_else(|| self.find_relation((id, lane), record, stats));
-        let relations = &mut self.work.depth.relations;
-        relations.found |= relation != Relation::Varies;
-        relations.equal |= relation == Relation::Equal;
-        relation
-    }
-
-    /// The same, not known yet.
-    #[inline(never)]
-    fn find_relation(&mut self, (id, lane): (u32, usize), record: u32, stats: &mut Stats) -> Relation {
-        let record = self.work.depth.records[record as usize];
-        let [c, x, y, error] = self.work.setups.key.each_ref().map(|part| part[lane % LANES]);
-        let pair = [id, record.id].map(|id| self.query.context.triangles.triangle(id));
-        let relation = if same_corners(&pair[0], &pair[1]) {
-            self.work.depth.twins.see();
-            Relation::Equal
-        } else {
-            let by_keys = compare_keys(([c, x, y], error), &record);
-            by_keys.unwrap_or_else(|| {
-                stats.ambiguous_order += 1;
-                compare_planes(self.query.view.origin, &pair)
-            })
-        };
-        self.work.depth.relations.remember([id, record.id], relation);
-        relation
-    }
-}
-
-/// By the keys at the corners of the tile, as far as f64 can tell.
-fn compare_keys(([c, x, y], error): ([f64; 3], f64), record: &Record) -> Option<Relation> {
-    let last = f64::from(TILE_SIDE - 1);
-    let (mut nearer, mut farther) = (true, true);
-    for [column, row] in [[0.0, 0.0], [last, 0.0], [0.0, last], [last, last]] {
-        let [other_c, other_x, other_y] = record.key;
-        let (key, other) = (c + x * column + y * row, other_c + other_x * column + other_y * row);
-        let error =
-            error + f64::from(record.least) * KEY_ERROR + (key.abs() + other.abs()) * DIFFERENCE_ERROR;
-        nearer &= key - other > error;
-        farther &= key - other < -error;
-    }
-    match (nearer, farther) {
-        (true, _) => Some(Relation::Nearer),
-        (_, true) => Some(Relation::Farther),
-        _ => None,
-    }
-}
-
-/// By the planes, exactly.
-fn compare_planes(origin: Origin, [one, other]: &[Triangle; 2]) -> Relation {
-    if let Some(k) = across(one)
-        && across(other) == Some(k)
-    {
-        // Hits lie ahead, so rays go from the origin toward both planes.
-        let up = match origin {
-            Origin::Point(o) => one.a[k] > o[k],
-            Origin::Infinity(d) => d[k] > 0.0,
-        };
-        return match Sign::of(one.a[k] - other.a[k]) {
-            Sign::Zero => Relation::Equal,
-            sign if (sign == Sign::Negative) == up => Relation::Nearer,
-            _ => Relation::Farther,
-        };
-    }
-    if coplanar(one, other) { Relation::Equal } else { Relation::Varies }
 }
