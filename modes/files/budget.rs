@@ -58,6 +58,12 @@ impl Budget {
         Err(Problem { line: None, what, remedy: REMEDY })
     }
 
+    /// What is left to take.
+    #[cfg(feature = "obj")]
+    pub(crate) fn left(&self) -> u64 {
+        self.limit.saturating_sub(self.used.get())
+    }
+
     /// The error of a reader: a limit where this budget has refused something.
     pub(crate) fn error(&self, problem: Problem, path: &Path) -> Error {
         match self.was_refused.get() {

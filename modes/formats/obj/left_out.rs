@@ -71,6 +71,11 @@ const SILENT: &[&str] = &[
     "stech",
     "t",
 ];
+/// Whether a statement may be passed over without a word: a comment, or one that changes no triangle. Creases are tags, `t`.
+pub(crate) fn is_silent(keyword: &str) -> bool {
+    SILENT.contains(&keyword) || keyword.starts_with('#')
+}
+
 /// The most characters of a statement that are shown.
 const SHOWN: usize = 40;
 
@@ -91,7 +96,7 @@ impl LeftOut {
             "l" | "p" => Kind::Thin,
             "call" | "csh" => Kind::Call,
             _ if FREE_FORM.contains(&keyword) => Kind::FreeForm,
-            _ if SILENT.contains(&keyword) || keyword.starts_with('#') => return,
+            _ if is_silent(keyword) => return,
             _ => Kind::Unknown,
         };
         self.note(kind, line, statement);

@@ -1,33 +1,42 @@
 //! Reads Wavefront OBJ and its material libraries (MTL) through `tobj`.
 //!
-//! The file goes statement by statement through `source.rs`, which tells why, into one mesh of `tobj`; this becomes a
-//! [`Scene`], with the objects that `Source` noted and the colours of the material libraries.
+//! Plain text, which nearly all files are, is read in parallel (`plain.rs`). Whatever is odd goes statement by statement
+//! through `source.rs`, which tells why, into one mesh of `tobj`; so it is `tobj` that says what a text means. Of the mesh that either
+//! makes (`mesh.rs`) the faces are cut into triangles (`faces.rs`), and it becomes a [`Scene`] with the colours of the
+//! material libraries.
 //!
 //! Based on: Wavefront Technologies, "Advanced Visualizer Manual", appendix B1 "Object Files", 1992.
 
 pub(crate) mod clip_ring;
 pub(crate) mod corner_tree;
+pub(crate) mod decimal;
 pub(crate) mod ear_clip;
+pub(crate) mod faces;
 pub(crate) mod left_out;
+pub(crate) mod mesh;
 pub(crate) mod mtl;
+pub(crate) mod odd;
+pub(crate) mod plain;
 pub(crate) mod source;
 pub(crate) mod tags;
 pub(crate) mod text;
 
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::ops::Range;
+use std::mem::take;
 use std::path::Path;
 
-use tobj::{LoadError, LoadOptions, Mesh};
 use umbel_core::glam::DVec3;
 
 use crate::error::{Error, Problem};
 use crate::files::budget::Budget;
 use crate::formats::neighbours::{Neighbours, Resolver};
-use crate::formats::obj::ear_clip::triangulate;
+use crate::formats::obj::faces::take_faces;
+use crate::formats::obj::mesh::{ObjMesh, Part};
 use crate::formats::obj::mtl::{Look, read_libraries};
-use crate::formats::obj::source::{KEYWORDS, KINDS, Part, Source, measure};
+use crate::formats::obj::odd::read_odd;
+use crate::formats::obj::plain::read_plain;
+use crate::formats::obj::source::{KEYWORDS, KINDS};
 use crate::formats::obj::text::{Statements, keyword, text_of, words};
 use crate::formats::offset;
 use crate::formats::scene_file::{SceneFormat, read_scene_file, stem};
@@ -92,23 +101,21 @@ fn read(
     budget: &Budget,
 ) -> Result<Scene, Problem> {
     let text = text_of(bytes)?;
-    let extent = measure(text)?;
-    let what = format!("{} faces and {} vertices", extent.faces, extent.counts[0]);
-    budget.check(extent.bytes(), &what)?;
-    let mut source = Source::new(text, extent.counts);
-    let mesh = parse(&mut source)?;
+    let mut mesh = match read_plain(text, budget.left()) {
+        Some(mesh) => mesh,
+        None => read_odd(text, budget)?,
+    };
     let mut scene = Scene::default();
-    take_vertices(&mut scene, &mesh, &source);
+    take_vertices(&mut scene, &mut mesh);
     let spoilt = find_non_finite(&mut scene, text, options)?;
-    let mut faces = take_faces(&mut scene, &mesh, &source, &spoilt)?;
+    let mut faces = take_faces(&mut scene, &mesh, &spoilt)?;
     if offset::is_in_doubt(&scene) {
         offset::settle(&mut scene, &wide_positions(text));
         // How polygons are cut depends on their shape, which is seen only now.
         if scene.offset != DVec3::ZERO {
-            faces = take_faces(&mut scene, &mesh, &source, &spoilt)?;
+            faces = take_faces(&mut scene, &mesh, &spoilt)?;
         }
     }
-    drop(mesh);
     if faces.dropped_vertices > 0 {
         scene.warnings.push(format!(
             "vertices that are not finite: {}; triangles left out with them: {}",
@@ -120,9 +127,10 @@ fn read(
             indices.clear();
         }
     }
-    scene.creases = std::mem::take(&mut source.creases);
-    let looks = read_libraries(neighbours, &source.libraries, &mut scene.warnings)?;
-    take_objects(&mut scene, &source.parts, &faces.firsts, &looks);
+    let ObjMesh { creases, libraries, parts, .. } = mesh;
+    scene.creases = creases;
+    let looks = read_libraries(neighbours, &libraries, &mut scene.warnings)?;
+    take_objects(&mut scene, &parts, &faces.firsts, &looks);
     if scene.triangles.is_empty() {
         let what = format!("the file has no triangles ({} vertices)", scene.positions.len());
         scene.warnings.push(if text.is_empty() { "the file is empty".to_owned() } else { what });
@@ -141,33 +149,14 @@ fn wide_positions(text: &[u8]) -> Vec<DVec3> {
     positions.collect()
 }
 
-/// Has tobj parse the source, as one mesh.
-fn parse(source: &mut Source<'_>) -> Result<Mesh, Problem> {
-    let options = LoadOptions { triangulate: false, single_index: false, ..LoadOptions::default() };
-    // tobj never sees `mtllib`, so it asks for no library.
-    match tobj::load_obj_buf(source, &options, |_| Err(LoadError::GenericFailure)) {
-        Ok((models, _)) => Ok(models.into_iter().next().map(|model| model.mesh).unwrap_or_default()),
-        Err(error) => Err(source.problem.take().unwrap_or_else(|| {
-            source.error(match error {
-                LoadError::PositionParseError => "a `v` needs three numbers".to_owned(),
-                LoadError::TexcoordParseError => "a `vt` needs one or two numbers".to_owned(),
-                LoadError::NormalParseError => "a `vn` needs three numbers".to_owned(),
-                other => other.to_string(),
-            })
-        })),
-    }
-}
-
-/// Takes positions, normals and texture coordinates without the entry that stands for none, and warns of what is odd.
-fn take_vertices(scene: &mut Scene, mesh: &Mesh, source: &Source<'_>) {
-    scene.positions = mesh.positions.as_chunks().0.to_vec();
-    scene.normals = mesh.normals.as_chunks().0.to_vec();
-    scene.uvs = mesh.texcoords.as_chunks().0.to_vec();
-    scene.normals.pop();
-    scene.uvs.pop();
+/// Takes positions, normals and texture coordinates, and warns of what is odd.
+fn take_vertices(scene: &mut Scene, mesh: &mut ObjMesh) {
+    scene.positions = take(&mut mesh.positions);
+    scene.normals = take(&mut mesh.normals);
+    scene.uvs = take(&mut mesh.uvs);
     let warnings = &mut scene.warnings;
-    warnings.extend(source.left_out.warnings());
-    for (kind, what) in KINDS.iter().enumerate().filter(|&(kind, _)| source.dangling[kind]) {
+    warnings.extend(mesh.left_out.warnings());
+    for (kind, what) in KINDS.iter().enumerate().filter(|&(kind, _)| mesh.dangling[kind]) {
         warnings.push(format!("faces name a {what}, but the file has no `{}`", KEYWORDS[kind]));
     }
     let mended = [(mend(&mut scene.uvs), KINDS[1]), (mend(&mut scene.normals), KINDS[2])];
@@ -199,80 +188,6 @@ fn find_non_finite(scene: &mut Scene, text: &[u8], options: &ObjOptions) -> Resu
     let spoilt = scene.positions.iter().map(is_spoilt).collect();
     mend(&mut scene.positions);
     Ok(spoilt)
-}
-
-/// The faces of a file, triangulated.
-struct Faces {
-    /// The first triangle of each part, and behind them the number of triangles.
-    firsts: Vec<u32>,
-    /// Triangles that are left out for a position that is not finite, and how many such positions there are.
-    dropped: usize,
-    dropped_vertices: usize,
-}
-
-/// Triangulates the faces, in place of any triangles that the scene has.
-fn take_faces(
-    scene: &mut Scene,
-    mesh: &Mesh,
-    source: &Source<'_>,
-    spoilt: &[bool],
-) -> Result<Faces, Problem> {
-    for indices in [&mut scene.triangles, &mut scene.uv_indices, &mut scene.normal_indices] {
-        indices.clear();
-    }
-    scene.face_corners.clear();
-    // tobj leaves the arities out where all are 3.
-    let arity = |face: usize| mesh.face_arities.get(face).map_or(3, |&arity| arity as usize);
-    let mut end: usize = (0..source.preamble_faces).map(arity).sum();
-    let mut firsts = Vec::with_capacity(source.parts.len() + 1);
-    let mut dropped = 0;
-    let mut polygon = Vec::new();
-    for face in 0..source.faces {
-        let begun = source.parts[firsts.len()..].iter().take_while(|part| part.first_face <= face);
-        firsts.extend(begun.map(|_| scene.triangles.len()));
-        let range = end..end + arity(source.preamble_faces + face);
-        end = range.end;
-        let corners = &mesh.indices[range.clone()];
-        if corners.iter().any(|&corner| spoilt.get(corner as usize) == Some(&true)) {
-            dropped += corners.len() - 2;
-            continue;
-        }
-        polygon.clear();
-        polygon.extend(corners.iter().map(|&corner| scene.positions[corner as usize]));
-        // In range: indices of corners are 32 bits wide.
-        scene.face_corners.push(corners.len() as u32);
-        take_face(scene, mesh, range, &triangulate(&polygon));
-    }
-    if scene.face_corners.iter().all(|&corners| corners == 3) {
-        scene.face_corners = Vec::new();
-    }
-    firsts.resize(source.parts.len() + 1, scene.triangles.len());
-    let firsts: Result<Vec<u32>, _> = firsts.into_iter().map(u32::try_from).collect();
-    let firsts = firsts.map_err(|_| Problem {
-        line: None,
-        what: "the file has more triangles than 32-bit ids can name".to_owned(),
-        remedy: "Split it into several files.",
-    })?;
-    let dropped_vertices = spoilt.iter().filter(|&&is_spoilt| is_spoilt).count();
-    Ok(Faces { firsts, dropped, dropped_vertices })
-}
-
-/// Adds one face, whose corners tobj keeps at `range`, as triangles of these corners.
-fn take_face(scene: &mut Scene, mesh: &Mesh, range: Range<usize>, ears: &[[u32; 3]]) {
-    let take = |indices: &[u32], count: usize, triangles: &mut Vec<[u32; 3]>| {
-        if let Some(corners) = indices.get(range.clone()) {
-            let pick = |k: u32| index_or_none(corners[k as usize], count);
-            triangles.extend(ears.iter().map(|ear| ear.map(pick)));
-        }
-    };
-    take(&mesh.indices, scene.positions.len(), &mut scene.triangles);
-    take(&mesh.texcoord_indices, scene.uvs.len(), &mut scene.uv_indices);
-    take(&mesh.normal_indices, scene.normals.len(), &mut scene.normal_indices);
-}
-
-/// tobj's index, or [`NO_INDEX`] for the entry past the file's own.
-fn index_or_none(index: u32, count: usize) -> u32 {
-    if (index as usize) < count { index } else { NO_INDEX }
 }
 
 /// Makes objects of the parts that have triangles; neighbours of one name and material become one.

@@ -19,6 +19,7 @@ use std::io::{self, BufRead, Read};
 
 use crate::error::{CORRECT_LINE, Problem};
 use crate::formats::obj::left_out::{Kind, LeftOut};
+use crate::formats::obj::mesh::Parts;
 use crate::formats::obj::tags::take_tag;
 use crate::formats::obj::text::{Statements, keyword, words};
 use crate::scene::Creases;
@@ -84,14 +85,6 @@ pub(crate) fn measure(text: &[u8]) -> Result<Extent, Problem> {
     Ok(extent)
 }
 
-/// A run of faces under one name and material.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Part {
-    pub(crate) name: String,
-    pub(crate) material: String,
-    pub(crate) first_face: usize,
-}
-
 /// The file as tobj shall see it, read statement by statement, and what tobj shall not see.
 pub(crate) struct Source<'a> {
     statements: Statements<'a>,
@@ -109,7 +102,7 @@ pub(crate) struct Source<'a> {
     pub(crate) preamble_faces: usize,
     finished: bool,
     pub(crate) faces: usize,
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Parts,
     pub(crate) libraries: Vec<String>,
     pub(crate) creases: Creases,
     /// What is not passed on, to be counted in warnings.
@@ -132,7 +125,7 @@ impl<'a> Source<'a> {
             preamble_faces: 0,
             finished: false,
             faces: 0,
-            parts: vec![Part::default()],
+            parts: Parts::default(),
             libraries: Vec::new(),
             creases: Creases::default(),
             left_out: LeftOut::default(),
@@ -166,8 +159,8 @@ impl<'a> Source<'a> {
                 self.face(rest)?;
             }
             "t" => take_tag(rest, (self.line, self.counts[0]), &mut self.creases)?,
-            "o" | "g" => self.part().name = rest.trim_end().to_owned(),
-            "usemtl" => self.part().material = rest.trim_end().to_owned(),
+            "o" | "g" => self.parts.next(self.faces).name = rest.trim_end().to_owned(),
+            "usemtl" => self.parts.next(self.faces).material = rest.trim_end().to_owned(),
             "mtllib" => self.libraries.push(rest.trim_end().to_owned()),
             other => self.left_out.statement(other, line, &statement),
         }
@@ -284,17 +277,6 @@ impl<'a> Source<'a> {
 
     pub(crate) fn error(&self, what: String) -> Problem {
         Problem { line: Some(self.line), what, remedy: CORRECT_LINE }
-    }
-
-    /// The part that the next face belongs to, begun anew if the last one has faces.
-    fn part(&mut self) -> &mut Part {
-        let last = self.parts.len() - 1;
-        if self.parts[last].first_face == self.faces {
-            return &mut self.parts[last];
-        }
-        let part = Part { first_face: self.faces, ..self.parts[last].clone() };
-        self.parts.push(part);
-        &mut self.parts[last + 1]
     }
 }
 
