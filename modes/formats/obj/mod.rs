@@ -101,7 +101,7 @@ fn read(
     budget: &Budget,
 ) -> Result<Scene, Problem> {
     let text = text_of(bytes)?;
-    let mut mesh = match read_plain(text, budget.left()) {
+    let mut mesh = match read_plain(text, budget)? {
         Some(mesh) => mesh,
         None => read_odd(text, budget)?,
     };

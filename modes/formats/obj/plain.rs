@@ -15,6 +15,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use crate::error::Problem;
+use crate::files::budget::Budget;
 use crate::formats::obj::decimal::{decimal, is_end};
 use crate::formats::obj::left_out::is_silent;
 use crate::formats::obj::mesh::{Faces, ObjMesh, Parts};
@@ -28,19 +30,24 @@ const MOST: usize = 1 << 31;
 /// More than the greatest index that is read, 999,999,999.
 const BEFORE: u32 = 1 << 30;
 
-/// The mesh of a plain text. `None` where the text is not plain, and where the mesh and the scene made of it would take more
-/// than `limit` bytes.
-pub(crate) fn read_plain(text: &[u8], limit: u64) -> Option<ObjMesh> {
-    let taken = AtomicU64::new(0);
-    let pieces: Option<Vec<Piece>> = cut(text)
-        .into_par_iter()
-        .map(|text| {
-            let piece = Piece::read(text)?;
-            // The order does not matter: once the limit is passed it stays so.
-            (taken.fetch_add(piece.bytes(), Ordering::Relaxed) + piece.bytes() <= limit).then_some(piece)
-        })
-        .collect();
-    join(pieces?)
+/// The mesh of a plain text; `None` where it is not plain. A problem where the mesh, and the scene made of it, would take more
+/// than the budget has left: then pieces are still read, to say how much it would be, but not kept.
+pub(crate) fn read_plain(text: &[u8], budget: &Budget) -> Result<Option<ObjMesh>, Problem> {
+    let (taken, limit) = (AtomicU64::new(0), budget.left());
+    let read = |text: &[u8]| {
+        let piece = Piece::read(text)?;
+        let (bytes, size) = (piece.bytes(), [piece.faces.count, piece.positions.len()]);
+        // In any order: once the limit is passed it stays so.
+        let is_kept = taken.fetch_add(bytes, Ordering::Relaxed) + bytes <= limit;
+        Some((if is_kept { piece } else { Piece::default() }, size))
+    };
+    let Some(pieces) = cut(text).into_par_iter().map(read).collect::<Option<Vec<_>>>() else {
+        return Ok(None);
+    };
+    let (pieces, sizes): (Vec<Piece>, Vec<[usize; 2]>) = pieces.into_iter().unzip();
+    let [faces, vertices] = sizes.iter().fold([0; 2], |[f, v], [faces, vertices]| [f + faces, v + vertices]);
+    budget.check(taken.into_inner(), &format!("{faces} faces and {vertices} vertices"))?;
+    Ok(join(pieces))
 }
 
 /// Cuts a text into pieces that end with a line.
@@ -367,7 +374,6 @@ impl<'a> Cursor<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::budget::Budget;
     use crate::formats::obj::odd::read_odd;
     use proptest::prelude::*;
     use proptest::sample::select;
@@ -402,8 +408,10 @@ mod tests {
 
     /// Compares both readers. Says whether the text was plain.
     fn agree(text: &str) -> bool {
-        let Some(plain) = read_plain(text.as_bytes(), u64::MAX) else { return false };
-        let odd = read_odd(text.as_bytes(), &Budget::new(Some(u64::MAX)));
+        let budget = Budget::new(Some(u64::MAX));
+        let plain = read_plain(text.as_bytes(), &budget).unwrap_or_else(|problem| panic!("{}", problem.what));
+        let Some(plain) = plain else { return false };
+        let odd = read_odd(text.as_bytes(), &budget);
         let odd = odd.unwrap_or_else(|problem| panic!("{}\n{text}", problem.what));
         assert_eq!(flat(&plain), flat(&odd), "{text}");
         assert!(odd.creases.edges.is_empty() && odd.creases.corners.is_empty());
@@ -498,7 +506,7 @@ mod tests {
                 };
             }
             assert!(text.len() > 4 * PIECE && agree(&text));
-            assert!(read_plain(text.as_bytes(), 1 << 20).is_none());
+            assert!(read_plain(text.as_bytes(), &Budget::new(Some(1 << 20))).is_err());
         }
     }
 }
