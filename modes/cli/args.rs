@@ -83,7 +83,7 @@ impl Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// A mesh (.obj, .gltf, .glb, .ply, .stl, .off, each also .gz or .zst; - reads stdin), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: OsString,
 
@@ -103,7 +103,7 @@ pub(crate) struct RenderArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct VisibleArgs {
-    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// A mesh (.obj, .gltf, .glb, .ply, .stl, .off, each also .gz or .zst; - reads stdin), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: OsString,
 
@@ -125,7 +125,7 @@ pub(crate) struct VisibleArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
-    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// A mesh (.obj, .gltf, .glb, .ply, .stl, .off, each also .gz or .zst; - reads stdin), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: OsString,
 
@@ -139,7 +139,7 @@ pub(crate) struct VerifyArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// A mesh (.obj, .gltf, .glb, .ply, .stl, .off, each also .gz or .zst; - reads stdin), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: OsString,
 

@@ -5,7 +5,7 @@ use umbel::{Argument, Error};
 
 /// What readers call their options, and the options of the command that set them.
 const FLAGS: [(&str, &str); 5] = [
-    (": ObjOptions::drop_non_finite", " with --drop-non-finite"),
+    (": LoadOptions::drop_non_finite", " with --drop-non-finite"),
     (": GltfOptions::drop_non_finite", " with --drop-non-finite"),
     (": ObjOptions::allow_outside", " with --allow-outside"),
     (": GltfOptions::allow_outside", " with --allow-outside"),

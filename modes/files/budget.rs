@@ -37,7 +37,6 @@ impl Budget {
     }
 
     /// Counts bytes that are going to be kept.
-    #[cfg(any(feature = "gltf", feature = "obj"))]
     pub(crate) fn take(&self, bytes: u64, what: &str) -> Result<(), Problem> {
         self.check(bytes, what)?;
         self.used.set(self.used.get() + bytes);

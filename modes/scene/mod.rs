@@ -50,6 +50,20 @@ pub struct Object {
     pub material: Option<u32>,
 }
 
+impl Object {
+    /// One object without a name that holds all triangles, or none where there are none.
+    #[cfg(any(feature = "off", feature = "ply"))]
+    pub(crate) fn whole(triangles: &[[u32; 3]]) -> Vec<Self> {
+        // In range, or else the engine refuses so many triangles.
+        let all = 0..triangles.len() as u32;
+        if all.is_empty() {
+            Vec::new()
+        } else {
+            vec![Self { name: String::new(), triangles: all, material: None }]
+        }
+    }
+}
+
 /// Edges and vertices of a cage that shall be sharp, by indices of positions in the scene.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Creases {

@@ -23,7 +23,7 @@ pub(crate) const MARGIN: u32 = 16;
 
 #[derive(Debug, Args)]
 pub(crate) struct BakeArgs {
-    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// A mesh (.obj, .gltf, .glb, .ply, .stl, .off, each also .gz or .zst; - reads stdin), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: OsString,
 

@@ -25,7 +25,7 @@ const ELEVATIONS: [f64; 2] = [-15.0, 15.0];
 #[command(mut_arg("up", |up| up.help("The direction that is up: the axis of a spinning LiDAR (default +Y)")))]
 #[command(mut_arg("fov", |fov| fov.help("Degrees over the inscribed circle of a fisheye (default 180)")))]
 pub(crate) struct ProbeArgs {
-    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
+    /// A mesh (.obj, .gltf, .glb, .ply, .stl, .off, each also .gz or .zst; - reads stdin), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: OsString,
 

@@ -17,7 +17,7 @@ const COMPARED_SIZES: [u32; 4] = [256, 512, 1024, 2048];
 
 #[derive(Debug, Args)]
 pub(crate) struct ShadowArgs {
-    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell; or surfaces on demand, as `umbel reyes` has them
+    /// A mesh (.obj, .gltf, .glb, .ply, .stl, .off, each also .gz or .zst; - reads stdin), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell; or surfaces on demand, as `umbel reyes` has them
     #[arg(default_value = "builtin:umbel")]
     pub(crate) scene: OsString,
 

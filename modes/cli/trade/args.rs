@@ -12,7 +12,7 @@ use crate::options::parse::extension;
 
 #[derive(Debug, Args)]
 pub(crate) struct TradeArgs {
-    /// An OBJ or glTF file (.obj, .gltf, .glb), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell; for reyes also a .bpt
+    /// A mesh (.obj, .gltf, .glb, .ply, .stl, .off, each also .gz or .zst; - reads stdin), builtin:umbel, builtin:umbel:TRIANGLES or builtin:cornell; for reyes also a .bpt
     /// file, builtin:teapot, builtin:terrain or builtin:field [default: builtin:umbel, and builtin:teapot]
     pub(crate) scene: Option<OsString>,
 

@@ -41,7 +41,7 @@ use crate::formats::gltf::document::Document;
 use crate::formats::gltf::options::{GltfOptions, GltfOrigin};
 use crate::formats::neighbours::{Neighbours, Resolver};
 use crate::formats::offset;
-use crate::formats::scene_file::{SceneFormat, read_scene_file, stem};
+use crate::formats::scene_file::{read_scene_file, stem};
 use crate::scene::Scene;
 
 /// A glTF or GLB file in memory, with all that it holds.
@@ -84,7 +84,7 @@ impl GltfFile {
     pub fn read(path: &Path, options: &GltfOptions) -> Result<(Self, Scene), Error> {
         let budget = Budget::new(options.max_memory);
         let mut neighbours = Neighbours::of(path, options.allow_outside, &budget);
-        let bytes = read_scene_file(path, &budget, SceneFormat::Gltf);
+        let bytes = read_scene_file(path, &budget);
         bytes
             .and_then(|bytes| Self::try_read((path, &bytes), options, &mut neighbours, &budget))
             .map_err(|problem| budget.error(problem, path))
@@ -107,7 +107,8 @@ impl GltfFile {
             .map_err(|problem| budget.error(problem, Path::new(name)))
     }
 
-    fn try_read(
+    /// The file and the scene of its bytes.
+    pub(crate) fn try_read(
         (path, bytes): (&Path, &[u8]),
         options: &GltfOptions,
         neighbours: &mut Neighbours<'_>,

@@ -1,6 +1,7 @@
 //! The mesh of an OBJ file as it stands there, before faces are cut into triangles: what both readers of the text make.
 
 use crate::formats::obj::left_out::LeftOut;
+use crate::formats::polygons::faces::Faces;
 use crate::scene::Creases;
 
 /// A run of faces under one name and material.
@@ -33,18 +34,6 @@ impl Parts {
         self.0.push(part);
         &mut self.0[last + 1]
     }
-}
-
-/// Consecutive faces of a file.
-#[derive(Debug, Default)]
-pub(crate) struct Faces {
-    /// How many there are.
-    pub(crate) count: usize,
-    /// Corners of each face; empty where all have three.
-    pub(crate) arities: Vec<u32>,
-    /// The indices of the corners' positions, texture coordinates and normals, counted from 0, or
-    /// [`NO_INDEX`](crate::scene::NO_INDEX). A list is empty where no corner has an index of its kind.
-    pub(crate) corners: [Vec<u32>; 3],
 }
 
 /// What an OBJ file says.

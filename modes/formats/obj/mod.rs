@@ -2,16 +2,12 @@
 //!
 //! Plain text, which nearly all files are, is read in parallel (`plain.rs`). Whatever is odd goes statement by statement
 //! through `source.rs`, which tells why, into one mesh of `tobj`; so it is `tobj` that says what a text means. Of the mesh that either
-//! makes (`mesh.rs`) the faces are cut into triangles (`faces.rs`), and it becomes a [`Scene`] with the colours of the
+//! makes (`mesh.rs`) the faces are cut into triangles (`formats/polygons`), and it becomes a [`Scene`] with the colours of the
 //! material libraries.
 //!
 //! Based on: Wavefront Technologies, "Advanced Visualizer Manual", appendix B1 "Object Files", 1992.
 
-pub(crate) mod clip_ring;
-pub(crate) mod corner_tree;
 pub(crate) mod decimal;
-pub(crate) mod ear_clip;
-pub(crate) mod faces;
 pub(crate) mod left_out;
 pub(crate) mod mesh;
 pub(crate) mod mtl;
@@ -31,16 +27,15 @@ use umbel_core::glam::DVec3;
 use crate::error::{Error, Problem};
 use crate::files::budget::Budget;
 use crate::formats::neighbours::{Neighbours, Resolver};
-use crate::formats::obj::faces::take_faces;
 use crate::formats::obj::mesh::{ObjMesh, Part};
 use crate::formats::obj::mtl::{Look, read_libraries};
 use crate::formats::obj::odd::read_odd;
 use crate::formats::obj::plain::read_plain;
 use crate::formats::obj::source::{KEYWORDS, KINDS};
 use crate::formats::obj::text::{Statements, keyword, text_of, words};
-use crate::formats::offset;
-use crate::formats::scene_file::{SceneFormat, read_scene_file, stem};
-use crate::scene::{Material, NO_INDEX, Object, Scene};
+use crate::formats::polygons::PolygonSource;
+use crate::formats::scene_file::{read_scene_file, stem};
+use crate::scene::{Material, Object, Scene};
 
 /// How to read an OBJ file.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -70,7 +65,7 @@ pub struct ObjOptions {
 pub fn read_obj(path: &Path, options: &ObjOptions) -> Result<Scene, Error> {
     let budget = Budget::new(options.max_memory);
     let mut neighbours = Neighbours::of(path, options.allow_outside, &budget);
-    read_scene_file(path, &budget, SceneFormat::Obj)
+    read_scene_file(path, &budget)
         .and_then(|bytes| read(&bytes, options, &mut neighbours, &budget))
         .map(|scene| Scene { name: stem(path), ..scene })
         .map_err(|problem| budget.error(problem, path))
@@ -94,7 +89,8 @@ pub fn read_obj_bytes(
         .map_err(|problem| budget.error(problem, path))
 }
 
-fn read(
+/// The scene of a file's bytes, without its name.
+pub(crate) fn read(
     bytes: &[u8],
     options: &ObjOptions,
     neighbours: &mut Neighbours<'_>,
@@ -107,30 +103,15 @@ fn read(
     };
     let mut scene = Scene::default();
     take_vertices(&mut scene, &mut mesh);
-    let spoilt = find_non_finite(&mut scene, text, options)?;
-    let mut faces = take_faces(&mut scene, &mesh, &spoilt)?;
-    if offset::is_in_doubt(&scene) {
-        offset::settle(&mut scene, &wide_positions(text));
-        // How polygons are cut depends on their shape, which is seen only now.
-        if scene.offset != DVec3::ZERO {
-            faces = take_faces(&mut scene, &mesh, &spoilt)?;
-        }
-    }
-    if faces.dropped_vertices > 0 {
-        scene.warnings.push(format!(
-            "vertices that are not finite: {}; triangles left out with them: {}",
-            faces.dropped_vertices, faces.dropped
-        ));
-    }
-    for indices in [&mut scene.uv_indices, &mut scene.normal_indices] {
-        if indices.iter().flatten().all(|&index| index == NO_INDEX) {
-            indices.clear();
-        }
-    }
+    let is_position = |(_, statement): &(u64, Cow<'_, str>)| keyword(statement).0 == KEYWORDS[0];
+    let line_of = |vertex| Statements::new(text).filter(is_position).nth(vertex).map(|(line, _)| line);
+    let faces = PolygonSource { faces: &mesh.faces, wide: &|| wide_positions(text), line_of: &line_of };
+    let part_starts: Vec<usize> = mesh.parts.iter().map(|part| part.first_face).collect();
+    let firsts = faces.cut_into(&mut scene, &part_starts, options.drop_non_finite)?;
     let ObjMesh { creases, libraries, parts, .. } = mesh;
     scene.creases = creases;
     let looks = read_libraries(neighbours, &libraries, &mut scene.warnings)?;
-    take_objects(&mut scene, &parts, &faces.firsts, &looks);
+    take_objects(&mut scene, &parts, &firsts, &looks);
     if scene.triangles.is_empty() {
         let what = format!("the file has no triangles ({} vertices)", scene.positions.len());
         scene.warnings.push(if text.is_empty() { "the file is empty".to_owned() } else { what });
@@ -159,35 +140,6 @@ fn take_vertices(scene: &mut Scene, mesh: &mut ObjMesh) {
     for (kind, what) in KINDS.iter().enumerate().filter(|&(kind, _)| mesh.dangling[kind]) {
         warnings.push(format!("faces name a {what}, but the file has no `{}`", KEYWORDS[kind]));
     }
-    let mended = [(mend(&mut scene.uvs), KINDS[1]), (mend(&mut scene.normals), KINDS[2])];
-    for (count, what) in mended.into_iter().filter(|&(count, _)| count > 0) {
-        warnings.push(format!("{what}s that are not finite become 0: {count}"));
-    }
-}
-
-/// Sets vectors with a NaN or infinite component to 0 and counts them.
-fn mend<const N: usize>(vectors: &mut [[f32; N]]) -> usize {
-    let spoilt = vectors.iter_mut().filter(|vector| !vector.iter().all(|x| x.is_finite()));
-    spoilt.map(|vector| *vector = [0.0; N]).count()
-}
-
-/// The positions that are not finite, one flag each, once they are replaced; empty where all are finite.
-fn find_non_finite(scene: &mut Scene, text: &[u8], options: &ObjOptions) -> Result<Vec<bool>, Problem> {
-    let is_spoilt = |position: &[f32; 3]| !position.iter().all(|x| x.is_finite());
-    let Some(first) = scene.positions.iter().position(is_spoilt) else {
-        return Ok(Vec::new());
-    };
-    if !options.drop_non_finite {
-        let is_position = |(_, statement): &(u64, Cow<'_, str>)| keyword(statement).0 == KEYWORDS[0];
-        return Err(Problem {
-            line: Statements::new(text).filter(is_position).nth(first).map(|(line, _)| line),
-            what: format!("vertex {} has a coordinate that is NaN or infinite", first + 1),
-            remedy: "Correct the line, or leave out such faces: ObjOptions::drop_non_finite.",
-        });
-    }
-    let spoilt = scene.positions.iter().map(is_spoilt).collect();
-    mend(&mut scene.positions);
-    Ok(spoilt)
 }
 
 /// Makes objects of the parts that have triangles; neighbours of one name and material become one.

@@ -4,8 +4,9 @@ use tobj::{LoadError, LoadOptions, Mesh};
 
 use crate::error::Problem;
 use crate::files::budget::Budget;
-use crate::formats::obj::mesh::{Faces, ObjMesh};
+use crate::formats::obj::mesh::ObjMesh;
 use crate::formats::obj::source::{Source, measure};
+use crate::formats::polygons::faces::Faces;
 use crate::scene::NO_INDEX;
 
 /// The mesh of any text.

@@ -19,8 +19,9 @@ use crate::error::Problem;
 use crate::files::budget::Budget;
 use crate::formats::obj::decimal::{decimal, is_end};
 use crate::formats::obj::left_out::is_silent;
-use crate::formats::obj::mesh::{Faces, ObjMesh, Parts};
+use crate::formats::obj::mesh::{ObjMesh, Parts};
 use crate::formats::obj::text::keyword;
+use crate::formats::polygons::faces::Faces;
 use crate::scene::NO_INDEX;
 
 /// Bytes of a piece.

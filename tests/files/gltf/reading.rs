@@ -308,6 +308,10 @@ fn every_verb_takes_glb() {
     place.put("b.gltf", b"{}");
     let run = place.run("info b.gltf");
     assert!(run.code == Some(3) && run.stderr.contains("asset.version"), "{}", run.stderr);
-    let run = place.run("info c.stl");
-    assert!(run.stderr.contains(".obj") && run.stderr.contains(".glb"), "{}", run.stderr);
+    let run = place.run("info c.fbx");
+    assert!(
+        run.stderr.contains(".obj") && run.stderr.contains(".glb") && run.stderr.contains(".stl"),
+        "{}",
+        run.stderr
+    );
 }

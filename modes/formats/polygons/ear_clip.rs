@@ -3,15 +3,15 @@
 //! The polygon is projected along the dominant axis of its normal N = Σ p_k × p_{k+1} (Newell), so that it winds
 //! counter-clockwise in 2D. Every decision is the sign of `orient2d`, exact on the f32 inputs.
 //!
-//! Ears are found and clipped in a ring of corners ([`crate::formats::obj::clip_ring`]), quads mostly at once.
+//! Ears are found and clipped in a ring of corners ([`crate::formats::polygons::clip_ring`]), quads mostly at once.
 //!
 //! Based on: Gary H. Meisters, "Polygons Have Ears", 1975; Martin Held, "FIST: Fast Industrial-Strength Triangulation of
 //! Polygons", 2001 (fall-backs for polygons that are not simple).
 
 use robust::orient2d;
 
-use crate::formats::obj::clip_ring::Ring;
-use crate::formats::obj::corner_tree::Point;
+use crate::formats::polygons::clip_ring::Ring;
+use crate::formats::polygons::corner_tree::Point;
 
 /// Cuts a polygon into triangles of the same winding, given as indices into `corners`.
 ///

@@ -7,7 +7,7 @@
 //! triangle has no area. Spikes (ac back along ab) and repeated corners go first, since a triangle beside a spike may lie
 //! outside; corners on a straight side go last.
 //!
-//! Cost: up to [`FEW`] corners O(n²) box tests. Beyond, corners are found by place ([`crate::formats::obj::corner_tree`]) and
+//! Cost: up to [`FEW`] corners O(n²) box tests. Beyond, corners are found by place ([`crate::formats::polygons::corner_tree`]) and
 //! the best one by its rank: O(n log n) where few corners lie in a triangle whose tip turns left, as in polygons that people
 //! have. Only edges with an end in the closed triangle are then looked at. In a polygon that does not cross itself there are
 //! no others to find: an edge from outside to outside that passes through the triangle would have to cross ab or bc, which
@@ -18,7 +18,7 @@
 
 use robust::orient2d;
 
-use crate::formats::obj::corner_tree::{CornerTree, Point, Seen};
+use crate::formats::polygons::corner_tree::{CornerTree, Point, Seen};
 
 /// How often all corners may be ranked anew. Clipping an ear can free a corner that is not its neighbour; this is rare,
 /// and a bound keeps the cost quadratic for polygons that cross themselves everywhere.

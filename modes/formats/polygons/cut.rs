@@ -1,10 +1,10 @@
-//! Cuts the faces of an OBJ file into triangles, in parallel.
+//! Cuts the faces of a file into triangles, in parallel.
 
 use rayon::prelude::*;
 
 use crate::error::Problem;
-use crate::formats::obj::ear_clip::triangulate;
-use crate::formats::obj::mesh::{Faces, ObjMesh, Part};
+use crate::formats::polygons::ear_clip::triangulate;
+use crate::formats::polygons::faces::Faces;
 use crate::scene::{NO_INDEX, Scene};
 
 /// What is to be told of the faces of a file, once they are cut.
@@ -16,23 +16,29 @@ pub(crate) struct Cut {
     pub(crate) dropped_vertices: usize,
 }
 
-/// Cuts the faces into triangles, in place of any triangles that the scene has.
-pub(crate) fn take_faces(scene: &mut Scene, mesh: &ObjMesh, spoilt: &[bool]) -> Result<Cut, Problem> {
-    let mut rest = &mesh.parts[..];
+/// Cuts the faces into triangles, in place of any triangles that the scene has. `starts` are the faces before each part, ascending;
+/// `spoilt` tells which positions are not finite, or is empty.
+pub(crate) fn take_faces(
+    scene: &mut Scene,
+    faces: &[Faces],
+    starts: &[usize],
+    spoilt: &[bool],
+) -> Result<Cut, Problem> {
+    let mut rest = starts;
     let mut before = 0;
-    let with_parts: Vec<_> = mesh
-        .faces
+    let with_parts: Vec<_> = faces
         .iter()
         .map(|faces| {
             let (first, end) = (before, before + faces.count);
             before = end;
-            let (own, others) = rest.split_at(rest.partition_point(|part| part.first_face < end));
+            let (own, others) = rest.split_at(rest.partition_point(|&start| start < end));
             rest = others;
             (faces, first, own)
         })
         .collect();
-    let cut =
-        |&(faces, first, parts): &(&Faces, usize, &[Part])| Triangles::of(faces, first, parts, scene, spoilt);
+    let cut = |&(faces, first, parts): &(&Faces, usize, &[usize])| {
+        Triangles::of(faces, first, parts, scene, spoilt)
+    };
     let blocks: Vec<Triangles> = with_parts.par_iter().map(cut).collect();
     drop(with_parts);
 
@@ -59,12 +65,12 @@ pub(crate) fn take_faces(scene: &mut Scene, mesh: &ObjMesh, spoilt: &[bool]) -> 
         }
     }
     let mut before = 0;
-    let mut firsts = Vec::with_capacity(mesh.parts.len() + 1);
+    let mut firsts = Vec::with_capacity(starts.len() + 1);
     for block in &blocks {
         firsts.extend(block.firsts.iter().map(|first| before + first));
         before += block.corners[0].len();
     }
-    firsts.resize(mesh.parts.len() + 1, count);
+    firsts.resize(starts.len() + 1, count);
     let firsts: Result<Vec<u32>, _> = firsts.into_iter().map(u32::try_from).collect();
     let firsts = firsts.map_err(|_| Problem {
         line: None,
@@ -90,19 +96,18 @@ struct Triangles {
 
 impl Triangles {
     /// Cuts faces, given how many stand before them and the parts that begin with one of them.
-    fn of(faces: &Faces, first: usize, parts: &[Part], scene: &Scene, spoilt: &[bool]) -> Self {
+    fn of(faces: &Faces, first: usize, parts: &[usize], scene: &Scene, spoilt: &[bool]) -> Self {
         if faces.arities.is_empty() && spoilt.is_empty() {
             return Self {
                 corners: faces.corners.each_ref().map(|list| list.as_chunks().0.to_vec()),
-                firsts: parts.iter().map(|part| part.first_face - first).collect(),
+                firsts: parts.iter().map(|start| start - first).collect(),
                 ..Self::default()
             };
         }
         let mut triangles = Self::default();
         let (mut polygon, mut end) = (Vec::new(), 0);
         for face in 0..faces.count {
-            let begun =
-                parts[triangles.firsts.len()..].iter().take_while(|part| part.first_face <= first + face);
+            let begun = parts[triangles.firsts.len()..].iter().take_while(|&&start| start <= first + face);
             let before = triangles.corners[0].len();
             triangles.firsts.extend(begun.map(|_| before));
             let arity = faces.arities.get(face).map_or(3, |&arity| arity as usize);
