@@ -45,11 +45,11 @@ use crate::rays::receiver::Receiver;
 use crate::reyes::dice::density::Density;
 use crate::reyes::dice::dicer::Dicer;
 use crate::reyes::dice::dicing::Dicing;
-use crate::reyes::dice::grid_triangles::GridTriangles;
-use crate::reyes::dice::patch::{GRID_BITS, SubPatch};
+use crate::reyes::dice::patch::GRID_BITS;
 use crate::reyes::dice::rule::OnDemand;
+use crate::reyes::grid_triangles::GridTriangles;
 use crate::reyes::reference::dice_all;
-use crate::reyes::walk::{Item, Search, Walk};
+use crate::reyes::walk::{Item, Ready, Search, Walk};
 use crate::stats::Stats;
 
 /// Micropolygons that are tested together, at least: their runs are made by one thread.
@@ -227,14 +227,8 @@ impl<S: OnDemand> Search<S> for FaceSearch<'_, '_, '_, S> {
             && self.work.depth.hides(greatest_key(self.query.lit.light, item.t))
     }
 
-    fn take(
-        &mut self,
-        dicer: &mut Dicer<'_, S>,
-        item: &Item<S::Object>,
-        part: SubPatch,
-        stats: &mut Stats,
-    ) -> Result<(), Error> {
-        self.waiting.dice(dicer, (&item.piece.object, part), stats)?;
+    fn take(&mut self, ready: Ready<'_, '_, S>, stats: &mut Stats) -> Result<(), Error> {
+        self.waiting.dice(ready, stats)?;
         if self.waiting.indices.len() >= 2 * TOGETHER { self.test(stats) } else { Ok(()) }
     }
 }
