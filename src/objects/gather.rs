@@ -54,6 +54,20 @@ pub(crate) fn transposed_points<S: Simd>(simd: S, points: &[[f32; 3]; LANES]) ->
     eight_transposed(read)
 }
 
+/// x, y and z of up to eight points, told by their lanes; the last one is repeated.
+#[inline(always)]
+pub(crate) fn points_by_lane<S: Simd>(
+    simd: S,
+    count: usize,
+    point: impl Fn(usize) -> [f32; 3],
+) -> [Narrow<S>; 3] {
+    let mut points = [[0.0; 3]; LANES];
+    for (lane, read) in points.iter_mut().enumerate() {
+        *read = point(lane.min(count - 1));
+    }
+    transposed_points(simd, &points)
+}
+
 /// The box of some triangles.
 #[inline(always)]
 pub(crate) fn bounds<S: Simd, const N: usize>(simd: S, triangles: &Triangles<'_>, ids: &[u32; N]) -> Aabb {

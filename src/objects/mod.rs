@@ -7,3 +7,4 @@ pub(crate) mod gather;
 pub(crate) mod morton;
 pub(crate) mod offset;
 pub(crate) mod runs;
+pub(crate) mod split;

@@ -4,7 +4,7 @@
 //! (Morton's) curve. A counting sort, in parallel over chunks of the order given, brings the items into the order of
 //! cells; cells that hold many are sorted by finer cells of their own. Memory: 4 bytes per item for the permutation and
 //! 128 KiB per chunk; cells are computed twice instead of kept. For receivers see
-//! [`crate::intersect::irregular::order`] and [`crate::objects::point_order`].
+//! [`crate::intersect::irregular::order`] and [`crate::rays::point_order`].
 //!
 //! Until the end the permutation holds the finer cell above the bits of the id, as far as there is room: sorting a cell
 //! then reads nothing else. Up to 8 million items all nine bits fit.
@@ -184,15 +184,25 @@ impl Cells {
     /// The numbers of eight points; what lies outside counts for the cells at the border.
     #[inline(always)]
     pub(crate) fn places<S: Simd>(&self, simd: S, points: [Narrow<S>; 3]) -> [u32; LANES] {
-        let mut place = u32x8::simd_from(simd, 0);
-        for (k, x) in points.into_iter().enumerate() {
-            let cell = (x - self.lo[k]) * self.per_unit;
-            let cell = cell.max(0.0).min(Narrow::simd_from(simd, 255.0));
-            // NaN, from infinite extents times zero, is some number: the mask keeps it inside.
-            place |= spread(u32x8::truncate_from(cell) & 0xFF) << (2 - k as u32);
+        let mut cells = points;
+        for (k, x) in cells.iter_mut().enumerate() {
+            *x = (*x - self.lo[k]) * self.per_unit;
         }
-        place.to_array()
+        numbers(simd, cells, 0xFF)
     }
+}
+
+/// The numbers of eight cells along the curve, up to 2ᵏ − 1 = `last` ≤ 255 on each axis; what lies outside counts for
+/// the cells at the border.
+#[inline(always)]
+pub(crate) fn numbers<S: Simd>(simd: S, cells: [Narrow<S>; 3], last: u32) -> [u32; LANES] {
+    let mut numbers = u32x8::simd_from(simd, 0);
+    for (k, cell) in cells.into_iter().enumerate() {
+        let cell = cell.max(0.0).min(Narrow::simd_from(simd, last as f32));
+        // NaN, from numbers beyond f32, is some number: the mask keeps it inside.
+        numbers |= spread(u32x8::truncate_from(cell) & last) << (2 - k as u32);
+    }
+    numbers.to_array()
 }
 
 /// Triangles, by their first corners.
@@ -213,7 +223,7 @@ impl OnCurve for FirstCorners<'_> {
 
 /// Bit k of a number of 8 bits moves to bit 3k.
 #[inline(always)]
-pub(crate) fn spread<S: Simd>(x: u32x8<S>) -> u32x8<S> {
+fn spread<S: Simd>(x: u32x8<S>) -> u32x8<S> {
     let x = (x | x << 8) & 0x0000_F00F;
     let x = (x | x << 4) & 0x000C_30C3;
     (x | x << 2) & 0x0024_9249

@@ -9,10 +9,10 @@
 use crate::intersect::bundle::stream;
 use crate::intersect::context::Context;
 use crate::intersect::grid;
-use crate::intersect::grid::tiles::Window;
 use crate::intersect::pencil::leaf::FilmQuery;
 use crate::intersect::pencil::rect::{TILE_SIDE, tile_stats};
 use crate::intersect::pencil::viewport::Viewport;
+use crate::intersect::pencil::window::Window;
 use crate::intersect::ray_set::{Question, RaySet};
 use crate::objects::runs::Runs;
 use crate::rays::film::{Film, Sampling};
@@ -32,12 +32,15 @@ pub(crate) fn intersect(
     let mut tiles = Vec::new();
     // In range: a pencil has fewer than 2³² rays.
     let sizes = pencil.films().iter().map(|film| match film {
-        Film::Grid(grid) => (grid.width(), grid.height()),
-        Film::Scattered(samples) => (samples.len() as u32, 1),
+        Film::Grid(grid) => [grid.width(), grid.height()],
+        // A scattered film counts as one row.
+        Film::Scattered(samples) => [samples.len() as u32, 1],
     });
     let origin = pencil.origin();
     let bounds = runs.bounds();
-    for (index, (film, mut window)) in pencil.films().iter().zip(Window::over(hits, sizes)).enumerate() {
+    for (index, (film, mut window)) in
+        pencil.films().iter().zip(Window::over(hits.as_row(), sizes)).enumerate()
+    {
         let of_film;
         (of_film, pairs) = pairs.split_at_mut((film.len() as usize).min(pairs.len()));
         match film {

@@ -41,10 +41,7 @@ impl OnCurve for PointGrid<'_> {
     fn places<S: Simd>(&self, simd: S, first: u32) -> [u32; LANES] {
         let first = first as usize;
         let eight = &self.hemispheres[first..self.hemispheres.len().min(first + LANES)];
-        let mut points = [[0.0; 3]; LANES];
-        for (lane, point) in points.iter_mut().enumerate() {
-            *point = eight[lane.min(eight.len() - 1)].receiver.point;
-        }
-        self.cells.places(simd, gather::transposed_points(simd, &points))
+        let points = gather::points_by_lane(simd, eight.len(), |lane| eight[lane].receiver.point);
+        self.cells.places(simd, points)
     }
 }

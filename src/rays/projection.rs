@@ -63,6 +63,19 @@ impl Plane {
         if self.negative { -v[self.axis] } else { v[self.axis] }
     }
 
+    /// What is seen at a place: the direction with w = 1, or the point with coordinate ±p_k = `depth` on a parallel ray.
+    pub(crate) fn seen_at(&self, [x, y]: [f64; 2], depth: f64) -> DVec3 {
+        let [ahead, right, up] = self.axes();
+        let forward = match self.origin {
+            Origin::Point(_) => ahead,
+            Origin::Infinity(d) => {
+                let aside = right * d.dot(right) + up * d.dot(up);
+                ahead * depth + aside * (depth / d.dot(ahead))
+            }
+        };
+        forward + right * x + up * y
+    }
+
     /// Where a vector is seen: from the origin, or from zero for parallel rays. For a point as origin, w > 0.
     pub(crate) fn place(&self, v: DVec3) -> [Approx; 2] {
         let k = self.axis;

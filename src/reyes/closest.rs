@@ -28,19 +28,18 @@ use crate::error::Error;
 use crate::intersect::pencil::rect::Rect;
 use crate::intersect::pencil::rect::{TILE_SIDE, tile_stats};
 use crate::intersect::pencil::screen_bounds::Pixels;
+use crate::intersect::pencil::viewport::Viewport;
 use crate::options::{Options, Path};
 use crate::query::call::{check_call, in_pool};
-use crate::rays::film::GridFilm;
 use crate::rays::film::{Film, Sampling};
-use crate::rays::frustum::{Frustum, Projection};
-use crate::rays::origin::Origin;
+use crate::rays::frustum::Frustum;
 use crate::rays::pencil::Pencil;
 use crate::reyes::dice::density::Density;
-use crate::reyes::dice::dicer::{Dicer, Piece};
+use crate::reyes::dice::dicer::Dicer;
 use crate::reyes::dice::dicing::Dicing;
 use crate::reyes::dice::rule::OnDemand;
 use crate::reyes::reference;
-use crate::reyes::sample::grid_tile::{GridTile, frustum_over};
+use crate::reyes::sample::grid_tile::{GridTile, START};
 use crate::reyes::sample::hits::{SurfaceHits, SurfaceWindow};
 use crate::reyes::tile::TileWork;
 use crate::reyes::walk::{Item, Opener};
@@ -100,11 +99,9 @@ impl SurfaceHits {
 /// What all rays of a film share.
 struct SurfaceQuery<'q, 'a, S: OnDemand> {
     surfaces: &'a S,
-    origin: Origin,
-    film: &'q GridFilm,
+    view: &'q Viewport,
     /// The number of the film.
     index: usize,
-    projection: Projection,
     level: Level,
     density: &'a Density,
     dicing: &'q Dicing,
@@ -126,20 +123,17 @@ fn see<S: OnDemand>(
             Film::Scattered(_) => None,
         })
     };
-    let windows = SurfaceWindow::over(hits, grids().map(|film| [film.width(), film.height()]));
+    let windows = SurfaceWindow::over(hits.row(), grids().map(|film| [film.width(), film.height()]));
     let idle = Mutex::new(Vec::new());
     let mut stats = Stats::default();
     for (index, (film, mut window)) in grids().zip(windows).enumerate() {
-        let origin = pencil.origin();
-        let Some(projection) = Projection::new(origin, film.span()) else {
+        let Some(view) = &Viewport::new(pencil.origin(), *film, Sampling::Grid) else {
             window.miss();
             continue;
         };
-        let query =
-            SurfaceQuery { surfaces, origin, film, index, projection, level, density, dicing, idle: &idle };
+        let query = SurfaceQuery { surfaces, view, index, level, density, dicing, idle: &idle };
         let detail = density.detail.of_micropolygons(dicing);
-        let roots: Vec<Item<S::Object>> =
-            surfaces.roots().into_iter().map(|root| Item::new(Piece::of(root), surfaces, &detail)).collect();
+        let roots: Vec<Item<S::Object>> = Item::roots(surfaces, &detail).collect();
         stats = stats.then(query.halve(&roots, window)?);
     }
     let mut idle = idle.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -163,7 +157,7 @@ impl<'a, S: OnDemand> SurfaceQuery<'_, 'a, S> {
     }
 
     fn frustum(&self, rect: Rect) -> Frustum {
-        frustum_over(self.film, &self.projection, rect)
+        self.view.frustum_over(rect, START)
     }
 
     /// One step of the recursion: the rays of a window and the objects that they may meet.
@@ -174,14 +168,7 @@ impl<'a, S: OnDemand> SurfaceQuery<'_, 'a, S> {
         let mut met: Vec<Item<S::Object>> =
             objects.iter().filter_map(|item| item.enter(&frustum, &mut stats)).collect();
         if rect.width() <= TILE_SIDE && rect.height() <= TILE_SIDE {
-            let tile = GridTile {
-                origin: self.origin,
-                film: self.film,
-                projection: &self.projection,
-                rect,
-                frustum,
-                pixels: self.pixels([rect.x0, rect.y0]),
-            };
+            let tile = GridTile { view: self.view, rect, frustum, pixels: self.pixels([rect.x0, rect.y0]) };
             return self.with_work(|work| {
                 work.see(self.level, &tile, met, &mut window, &mut stats)?;
                 work.tiles.push(tile_stats(self.index)((rect, stats)));
@@ -201,7 +188,7 @@ impl<'a, S: OnDemand> SurfaceQuery<'_, 'a, S> {
 
     /// Columns and rows of the film counted from a ray.
     fn pixels(&self, first: [u32; 2]) -> Pixels {
-        Pixels::counted_from(&self.projection, self.film, first, Sampling::Grid)
+        Pixels::counted_from(&self.view.projection, &self.view.film, first, Sampling::Grid)
     }
 }
 

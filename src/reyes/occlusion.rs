@@ -26,10 +26,9 @@ use crate::reyes::dice::detail::Around;
 use crate::reyes::dice::detail::gap;
 use crate::reyes::dice::dicer::Dicer;
 use crate::reyes::dice::dicing::Dicing;
-use crate::reyes::dice::grid_triangles::GridTriangles;
-use crate::reyes::dice::patch::SubPatch;
 use crate::reyes::dice::rule::OnDemand;
-use crate::reyes::walk::{Item, Search, Walk};
+use crate::reyes::grid_triangles::GridTriangles;
+use crate::reyes::walk::{Item, Ready, Search, Walk};
 use crate::stats::Stats;
 
 /// Triangles of a round, about.
@@ -204,14 +203,8 @@ impl<S: OnDemand> Search<S> for ReachSearch<'_> {
         entered
     }
 
-    fn take(
-        &mut self,
-        dicer: &mut Dicer<'_, S>,
-        item: &Item<S::Object>,
-        part: SubPatch,
-        stats: &mut Stats,
-    ) -> Result<(), Error> {
-        self.triangles.dice(dicer, (&item.piece.object, part), stats)
+    fn take(&mut self, ready: Ready<'_, '_, S>, stats: &mut Stats) -> Result<(), Error> {
+        self.triangles.dice(ready, stats)
     }
 
     fn is_full(&self) -> bool {

@@ -18,12 +18,11 @@ use crate::reyes::dice::density::Density;
 use crate::reyes::dice::dicer::Dicer;
 use crate::reyes::dice::dicing::Dicing;
 use crate::reyes::dice::grid::GridOrigin;
-use crate::reyes::dice::patch::SubPatch;
 use crate::reyes::dice::rule::OnDemand;
 use crate::reyes::sample::hits::{SurfaceHits, SurfaceRow};
 use crate::reyes::sample::micropolygon::Micropolygon;
 use crate::reyes::sample::resolve::Seen;
-use crate::reyes::walk::{Item, Search, Walk};
+use crate::reyes::walk::{Item, Ready, Search, Walk};
 use crate::simd::lanes::{LANES, Lanes, Points};
 use crate::stats::Stats;
 
@@ -180,17 +179,10 @@ impl<S: OnDemand> Search<S> for DicedTriangles {
         Some(item)
     }
 
-    fn take(
-        &mut self,
-        dicer: &mut Dicer<'_, S>,
-        item: &Item<S::Object>,
-        part: SubPatch,
-        _stats: &mut Stats,
-    ) -> Result<(), Error> {
-        let object = &item.piece.object;
-        let bits = dicer.dice(object, &part)?;
-        dicer.check_points(object)?;
-        self.push(dicer, GridOrigin { surface: dicer.surfaces.id(object), part, bits })
+    fn take(&mut self, mut ready: Ready<'_, '_, S>, stats: &mut Stats) -> Result<(), Error> {
+        let grid = ready.dice(stats)?;
+        ready.check_points()?;
+        self.push(ready.dicer, grid)
     }
 }
 
@@ -240,7 +232,7 @@ fn see_eight<S: Simd>(
         seen.set(lane, corners, parameters);
         (ids[lane], hit) = (surface, hit | 1 << lane);
     }
-    row.miss(first, !hit & (u64::MAX >> (u64::BITS as usize - lanes)));
+    row.miss_some(first, !hit & (u64::MAX >> (u64::BITS as usize - lanes)));
     let rays = [origins, directions].map(|[x, y, z]| Points {
         x: Lanes::load_array(simd, x),
         y: Lanes::load_array(simd, y),

@@ -11,7 +11,7 @@
 //!     open what is left, or dice it; test the micropolygons, some thousands at a time
 //! ```
 //!
-//! A tile of receivers is that of [`crate::intersect::irregular::shadow`], and micropolygons are tested as triangles
+//! A tile of receivers is that of [`crate::intersect::irregular::tile`], and micropolygons are tested as triangles
 //! are there. Memory: those that wait and a tile for each thread, and the way to them; nothing grows with the number of
 //! micropolygons.
 //!
@@ -19,43 +19,37 @@
 //! Johnson et al., "The Irregular Z-Buffer", 2005.
 
 use std::mem::size_of;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
-use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::geometry::triangles::{TriangleId, Triangles};
 use crate::intersect::context::Context;
-use crate::intersect::general;
-use crate::intersect::irregular::face_points::FacePoints;
 use crate::intersect::irregular::face_points::TILE_POINTS;
 use crate::intersect::irregular::order::LightGrid;
 use crate::intersect::irregular::packets::Packets;
-use crate::intersect::irregular::shadow::{FaceFilm, KEPT, block, start};
+use crate::intersect::irregular::tile::{FaceFilm, Lit, LitTile, block, note};
 use crate::intersect::pencil::leaf::{LeafDepth, Workspace, greatest_key};
-use crate::intersect::ray_set::{Question, RaySet};
 use crate::objects::morton::{along_curve, bytes_for};
 use crate::objects::runs::{Order, Runs};
-use crate::options::{Options, Path};
+use crate::options::{Accuracy, Options, Path};
 use crate::query::call::{check_call, in_pool};
 use crate::query::frame::Frame;
-use crate::rays::frustum::{Frustum, Interval};
-use crate::rays::hits::Hits;
+use crate::rays::frustum::Frustum;
 use crate::rays::hits::NO_TRIANGLE;
 use crate::rays::origin::Origin;
 use crate::rays::pencil::Pencil;
-use crate::rays::projection::Plane;
 use crate::rays::receiver;
 use crate::rays::receiver::Receiver;
 use crate::reyes::dice::density::Density;
 use crate::reyes::dice::dicer::Dicer;
 use crate::reyes::dice::dicing::Dicing;
-use crate::reyes::dice::grid_triangles::GridTriangles;
-use crate::reyes::dice::patch::{GRID_BITS, SubPatch};
+use crate::reyes::dice::patch::GRID_BITS;
 use crate::reyes::dice::rule::OnDemand;
+use crate::reyes::grid_triangles::GridTriangles;
 use crate::reyes::reference::dice_all;
-use crate::reyes::walk::{Item, Search, Walk};
+use crate::reyes::walk::{Item, Ready, Search, Walk};
 use crate::stats::Stats;
 
 /// Micropolygons that are tested together, at least: their runs are made by one thread.
@@ -90,7 +84,8 @@ pub fn shadowed_on_demand<S: OnDemand>(
         let triangles = Triangles::new(diced.positions(), diced.indices())?;
         return Frame::new().shadowed(&triangles, light, &receivers, options);
     }
-    let query = Query { surfaces, density: &density, dicing, light, receivers: &receivers, options, level };
+    let lit = Lit { light, receivers: &receivers, level };
+    let query = Query { surfaces, density: &density, dicing, lit, accuracy: options.accuracy };
     in_pool(|| query.run())?
 }
 
@@ -99,33 +94,31 @@ struct Query<'a, S: OnDemand> {
     surfaces: &'a S,
     density: &'a Density,
     dicing: &'a Dicing,
-    light: Origin,
-    receivers: &'a [Receiver],
-    options: &'a Options,
-    level: Level,
+    lit: Lit<'a>,
+    accuracy: Accuracy,
 }
 
 /// What a thread keeps from tile to tile.
 struct Scratch<'a, S: OnDemand> {
-    work: Box<Workspace<Packets<'a>>>,
-    seen: Box<FacePoints>,
+    tile: LitTile<'a>,
     walk: Walk<'a, S>,
     waiting: GridTriangles,
 }
 
 /// The receivers of a tile on one face.
-struct Face<'f> {
-    /// Their indices.
-    ids: &'f [u32],
-    /// The film around them, and the frustum over it; none where rounding leaves none.
-    film: Option<(FaceFilm, Frustum)>,
+enum Face {
+    /// On the film around them, with the frustum over it.
+    Film(Frustum, FaceFilm),
+    /// Where rounding leaves no film: which they are.
+    Alone(Vec<u32>),
 }
 
 impl<'a, S: OnDemand> Query<'a, S> {
     /// Goes through all tiles.
     fn run(&self) -> Result<(Vec<bool>, Stats), Error> {
-        let (count, light) = (self.receivers.len(), self.light);
-        let order = along_curve(&LightGrid::new(light, self.receivers), count, self.level);
+        let Lit { light, receivers, level } = self.lit;
+        let count = receivers.len();
+        let order = along_curve(&LightGrid::new(light, receivers), count, level);
         let shadowed: Vec<AtomicBool> = (0..count).map(|_| AtomicBool::new(false)).collect();
         let of_tile = |scratch: &mut Scratch<'a, S>, ids: &[u32]| self.tile(scratch, ids, &shadowed);
         // Of bytes the larger remain: those of a thread.
@@ -134,15 +127,14 @@ impl<'a, S: OnDemand> Query<'a, S> {
         let threads = stats.engine_bytes as usize * rayon::current_num_threads();
         let waiting = (TOGETHER as u64 + (1 << (2 * GRID_BITS))) * rayon::current_num_threads() as u64;
         stats.micropolygons_in_flight = stats.micropolygons.min(waiting);
-        let receivers = size_of_val(self.receivers) + order.capacity() * size_of::<u32>();
-        stats.engine_bytes = (threads + receivers).max(bytes_for(count)) as u64;
+        let of_receivers = size_of_val(receivers) + order.capacity() * size_of::<u32>();
+        stats.engine_bytes = (threads + of_receivers).max(bytes_for(count)) as u64;
         Ok((shadowed.into_iter().map(AtomicBool::into_inner).collect(), stats))
     }
 
     fn scratch(&self) -> Scratch<'a, S> {
         Scratch {
-            work: Workspace::new(Packets::new(), KEPT),
-            seen: Box::new(FacePoints::new()),
+            tile: LitTile::new(),
             walk: Walk::new(Dicer::new(self.surfaces, self.density, self.dicing)),
             waiting: GridTriangles::default(),
         }
@@ -155,79 +147,45 @@ impl<'a, S: OnDemand> Query<'a, S> {
         ids: &[u32],
         shadowed: &[AtomicBool],
     ) -> Result<Stats, Error> {
-        let (light, receivers) = (self.light, self.receivers);
-        let see = |seen: &mut FacePoints, face| dispatch!(self.level, simd => seen.see(simd, light, (receivers, ids), face));
-        let [first, last] = see(&mut scratch.seen, None);
         let mut stats = Stats::default();
-        for face in first..=last {
-            see(&mut scratch.seen, Some(face));
-            let seen = &scratch.seen;
-            let here: Vec<u32> =
-                seen.places[..seen.count].iter().map(|&place| ids[usize::from(place)]).collect();
-            if !here.is_empty() {
-                let film = self.film(scratch, face, ids);
-                stats = stats.then(self.face(scratch, &Face { ids: &here, film }, shadowed)?);
+        for face in scratch.tile.see(self.lit, ids) {
+            let face = match scratch.tile.turn_to(self.lit, ids, face) {
+                Some(film) => Face::Film(film.frustum(), film),
+                None => Face::Alone(scratch.tile.here(ids)),
+            };
+            if !matches!(&face, Face::Alone(ids) if ids.is_empty()) {
+                stats = stats.then(self.face(scratch, &face, shadowed)?);
             }
         }
         stats.engine_bytes = scratch.bytes() as u64;
         Ok(stats)
     }
 
-    /// The film around the receivers that were seen on a face; they are put there.
-    fn film(&self, scratch: &mut Scratch<'a, S>, face: usize, ids: &[u32]) -> Option<(FaceFilm, Frustum)> {
-        let Scratch { work, seen, .. } = scratch;
-        let plane = Plane::numbered(self.light, face);
-        let (extent, depth) = dispatch!(self.level, simd => seen.extent(simd));
-        let film = FaceFilm::around(self.light, plane, extent, (seen.depth[0], depth))?;
-        let receivers = self.receivers;
-        dispatch!(self.level, simd => work.depth.fill(simd, (receivers, ids), seen, &film.to_tile));
-        let ends = |first: f64, last: f64| Interval { lo: first.min(last), hi: first.max(last) };
-        let (width, height) = (film.view.film.width() - 1, film.view.film.height() - 1);
-        let (x, y) = (
-            ends(film.view.film.x(0), film.view.film.x(width)),
-            ends(film.view.film.y(0), film.view.film.y(height)),
-        );
-        let frustum = Frustum::new(&film.view.projection, x, y, start(self.light));
-        Some((film, frustum))
-    }
-
     /// Goes through the objects that may keep light from the receivers of a face.
     fn face(
         &self,
         scratch: &mut Scratch<'a, S>,
-        face: &Face<'_>,
+        face: &Face,
         shadowed: &[AtomicBool],
     ) -> Result<Stats, Error> {
-        let Scratch { work, walk, waiting, .. } = scratch;
+        let Scratch { tile, walk, waiting } = scratch;
+        let work = &mut *tile.work;
         let mut stats = Stats::default();
         let mut search = FaceSearch { query: self, face, work, waiting, shadowed };
         walk.begin(&mut search, &mut stats);
         walk.go(&mut search, &mut stats)?;
         search.test(&mut stats)?;
-        if face.film.is_some() {
-            scratch.work.depth.shadowed().for_each(|id| shadowed[id as usize].store(true, Ordering::Relaxed));
+        if let Face::Film(..) = face {
+            note(&tile.work, shadowed);
         }
         Ok(stats)
-    }
-
-    /// Decides receivers by the general path: where rounding leaves no film.
-    #[cold]
-    fn one_by_one(&self, triangles: &Triangles<'_>, ids: &[u32], shadowed: &[AtomicBool]) -> Stats {
-        let receivers: Vec<Receiver> = ids.iter().map(|&id| self.receivers[id as usize]).collect();
-        let mut hits = Hits::missed(ids.len());
-        let set = RaySet::Shadows(self.light, &receivers);
-        let stats = general::intersect(Question { triangles, set, any: true }, &mut hits);
-        for (&id, _) in ids.iter().zip(&hits.ids).filter(|(_, hit)| **hit != NO_TRIANGLE) {
-            shadowed[id as usize].store(true, Ordering::Relaxed);
-        }
-        stats
     }
 }
 
 /// Looks for what keeps light from the receivers of a face.
 struct FaceSearch<'t, 'q, 'a, S: OnDemand> {
     query: &'t Query<'q, S>,
-    face: &'t Face<'t>,
+    face: &'t Face,
     work: &'t mut Workspace<Packets<'a>>,
     waiting: &'t mut GridTriangles,
     shadowed: &'t [AtomicBool],
@@ -241,15 +199,15 @@ impl<S: OnDemand> FaceSearch<'_, '_, '_, S> {
             return Ok(());
         }
         let triangles = Triangles::new(&waiting.positions, &waiting.indices)?;
-        match &face.film {
-            Some((film, _)) => {
-                let runs = Runs::new(&triangles, query.level, Some(Order::as_given(triangles.len())));
-                let accuracy = query.options.accuracy;
-                let context = Context { triangles: &triangles, accuracy, level: query.level };
+        let Query { accuracy, lit, .. } = **query;
+        match face {
+            Face::Film(_, film) => {
+                let runs = Runs::new(&triangles, lit.level, Some(Order::as_given(triangles.len())));
+                let context = Context { triangles: &triangles, accuracy, level: lit.level };
                 work.forget_triangles();
-                *stats = stats.plus(block(context, &runs, &film.view, work));
+                *stats = stats.plus(block(context, &runs, film, work));
             }
-            None => *stats = stats.plus(query.one_by_one(&triangles, face.ids, shadowed)),
+            Face::Alone(ids) => *stats = stats.plus(lit.one_by_one(&triangles, ids, shadowed)),
         }
         waiting.clear();
         Ok(())
@@ -258,33 +216,25 @@ impl<S: OnDemand> FaceSearch<'_, '_, '_, S> {
 
 impl<S: OnDemand> Search<S> for FaceSearch<'_, '_, '_, S> {
     fn enter(&mut self, item: Item<S::Object>, stats: &mut Stats) -> Option<Item<S::Object>> {
-        match &self.face.film {
-            Some((_, frustum)) => item.enter(frustum, stats),
-            None => Some(item),
+        match self.face {
+            Face::Film(frustum, _) => item.enter(frustum, stats),
+            Face::Alone(_) => Some(item),
         }
     }
 
     fn hides(&mut self, item: &Item<S::Object>) -> bool {
-        self.face.film.is_some() && self.work.depth.hides(greatest_key(self.query.light, item.t))
+        matches!(self.face, Face::Film(..))
+            && self.work.depth.hides(greatest_key(self.query.lit.light, item.t))
     }
 
-    fn take(
-        &mut self,
-        dicer: &mut Dicer<'_, S>,
-        item: &Item<S::Object>,
-        part: SubPatch,
-        stats: &mut Stats,
-    ) -> Result<(), Error> {
-        self.waiting.dice(dicer, (&item.piece.object, part), stats)?;
+    fn take(&mut self, ready: Ready<'_, '_, S>, stats: &mut Stats) -> Result<(), Error> {
+        self.waiting.dice(ready, stats)?;
         if self.waiting.indices.len() >= 2 * TOGETHER { self.test(stats) } else { Ok(()) }
     }
 }
 
 impl<S: OnDemand> Scratch<'_, S> {
     fn bytes(&self) -> usize {
-        Workspace::<Packets<'_>>::bytes(KEPT)
-            + size_of::<FacePoints>()
-            + self.walk.bytes()
-            + self.waiting.bytes()
+        LitTile::BYTES + self.walk.bytes() + self.waiting.bytes()
     }
 }

@@ -7,14 +7,12 @@ use fearless_simd::{Level, dispatch};
 use crate::error::Error;
 use crate::intersect::pencil::leaf::greatest_key;
 use crate::reyes::dice::dicer::Dicer;
-use crate::reyes::dice::grid::GridOrigin;
-use crate::reyes::dice::patch::SubPatch;
 use crate::reyes::dice::rule::OnDemand;
 use crate::reyes::sample::grid_tile::GridTile;
 use crate::reyes::sample::hits::SurfaceWindow;
 use crate::reyes::sample::projected::PlacedGrid;
 use crate::reyes::sample::winners::{GridSamples, TileSamples};
-use crate::reyes::walk::{Item, Search, Walk};
+use crate::reyes::walk::{Item, Ready, Search, Walk};
 use crate::stats::{Stats, TileStats};
 
 /// What a thread works with.
@@ -80,7 +78,7 @@ impl<S: OnDemand> Search<S> for TileSearch<'_> {
     }
 
     fn hides(&mut self, item: &Item<S::Object>) -> bool {
-        let bounds = (item.bounds, greatest_key(self.tile.origin, item.t));
+        let bounds = (item.bounds, greatest_key(self.tile.view.origin, item.t));
         let keys = &mut self.samples.keys;
         dispatch!(self.level, simd => {
             keys.refresh_blocks(simd);
@@ -89,26 +87,16 @@ impl<S: OnDemand> Search<S> for TileSearch<'_> {
     }
 
     /// Dices a part of a patch, and tests the micropolygons.
-    fn take(
-        &mut self,
-        dicer: &mut Dicer<'_, S>,
-        item: &Item<S::Object>,
-        part: SubPatch,
-        stats: &mut Stats,
-    ) -> Result<(), Error> {
-        let (object, tile) = (&item.piece.object, self.tile);
-        let bits = dicer.dice(object, &part)?;
-        let size = bits.map(|bits| 1_usize << bits);
-        let count = (size[0] * size[1]) as u64;
-        stats.surfaces_diced += 1;
-        stats.micropolygons += count;
-        *self.largest_grid = count.max(*self.largest_grid);
-        let grid = GridOrigin { surface: dicer.surfaces.id(object), part, bits };
-        let points = &dicer.points[..];
+    fn take(&mut self, mut ready: Ready<'_, '_, S>, stats: &mut Stats) -> Result<(), Error> {
+        let tile = self.tile;
+        let grid = ready.dice(stats)?;
+        let size = grid.bits.map(|bits| 1_usize << bits);
+        *self.largest_grid = ((size[0] * size[1]) as u64).max(*self.largest_grid);
+        let points = &ready.dicer.points[..];
         let placed = &mut *self.grid;
         let mut samples = GridSamples { tile: &mut *self.samples, points, grid, place: None, stats };
         let irregular = dispatch!(self.level, simd => {
-            let irregular = placed.place(simd, (points, size), &tile.pixels, &item.bounds);
+            let irregular = placed.place(simd, (points, size), &tile.pixels, &ready.item.bounds);
             if !irregular {
                 tile.sample(simd, placed, &mut samples);
             }
@@ -116,7 +104,7 @@ impl<S: OnDemand> Search<S> for TileSearch<'_> {
         });
         if irregular {
             // Points that are not finite have no place either.
-            dicer.check_points(object)?;
+            ready.check_points()?;
             dispatch!(self.level, simd => tile.sample(simd, placed, &mut samples));
         }
         Ok(())

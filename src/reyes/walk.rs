@@ -19,6 +19,7 @@ use crate::geometry::aabb::Aabb;
 use crate::rays::frustum::Frustum;
 use crate::reyes::dice::detail::Detail;
 use crate::reyes::dice::dicer::{Dicer, Piece};
+use crate::reyes::dice::grid::GridOrigin;
 use crate::reyes::dice::patch::SubPatch;
 use crate::reyes::dice::rule::OnDemand;
 use crate::stats::Stats;
@@ -40,6 +41,14 @@ impl<O: Copy> Item<O> {
         Self { piece, bounds: piece.bounds(surfaces, detail), t: 0.0, size: 0.0 }
     }
 
+    /// The roots of surfaces.
+    pub(crate) fn roots<S: OnDemand<Object = O>>(
+        surfaces: &S,
+        detail: &Detail,
+    ) -> impl Iterator<Item = Self> {
+        surfaces.roots().into_iter().map(|root| Self::new(Piece::of(root), surfaces, detail))
+    }
+
     /// The item, with its t and its size, unless it lies outside the frustum.
     pub(crate) fn enter(&self, frustum: &Frustum, stats: &mut Stats) -> Option<Self> {
         stats.frustum_tests += 1;
@@ -49,6 +58,30 @@ impl<O: Copy> Item<O> {
         };
         let [x, y, z] = self.bounds.extent();
         Some(Self { t, size: if t > 0.0 { (x + y + z) / t } else { f64::INFINITY }, ..*self })
+    }
+}
+
+/// A part of a patch that is to be diced.
+pub(crate) struct Ready<'w, 'a, S: OnDemand> {
+    /// Its points are there, once it is diced.
+    pub(crate) dicer: &'w mut Dicer<'a, S>,
+    pub(crate) item: Item<S::Object>,
+    part: SubPatch,
+}
+
+impl<S: OnDemand> Ready<'_, '_, S> {
+    /// Dices it, and tells where its grid comes from.
+    pub(crate) fn dice(&mut self, stats: &mut Stats) -> Result<GridOrigin, Error> {
+        let Self { dicer, item, part } = self;
+        let bits = dicer.dice(&item.piece.object, part)?;
+        stats.surfaces_diced += 1;
+        stats.micropolygons += 1_u64 << (bits[0] + bits[1]);
+        Ok(GridOrigin { surface: dicer.surfaces.id(&item.piece.object), part: *part, bits })
+    }
+
+    /// Refuses a grid with a point that is not finite.
+    pub(crate) fn check_points(&self) -> Result<(), Error> {
+        self.dicer.check_points(&self.item.piece.object)
     }
 }
 
@@ -62,14 +95,8 @@ pub(crate) trait Search<S: OnDemand> {
         false
     }
 
-    /// Dices a part of a patch, and does with the grid what is to be done.
-    fn take(
-        &mut self,
-        dicer: &mut Dicer<'_, S>,
-        item: &Item<S::Object>,
-        part: SubPatch,
-        stats: &mut Stats,
-    ) -> Result<(), Error>;
+    /// Dices what is ready, and does with the grid what is to be done.
+    fn take(&mut self, ready: Ready<'_, '_, S>, stats: &mut Stats) -> Result<(), Error>;
 
     /// Whether the walk has to pause.
     fn is_full(&self) -> bool {
@@ -130,8 +157,7 @@ impl<'a, S: OnDemand> Walk<'a, S> {
     /// Begins with the roots of the surfaces.
     pub(crate) fn begin(&mut self, search: &mut impl Search<S>, stats: &mut Stats) {
         let Dicer { surfaces, detail, .. } = self.opener.dicer;
-        let roots = surfaces.roots().into_iter().map(|root| Item::new(Piece::of(root), surfaces, &detail));
-        self.begin_with(roots.filter_map(|root| search.enter(root, stats)));
+        self.begin_with(Item::roots(surfaces, &detail).filter_map(|root| search.enter(root, stats)));
     }
 
     /// Goes on until nothing is left, or the search is full.
@@ -144,7 +170,7 @@ impl<'a, S: OnDemand> Walk<'a, S> {
                 continue;
             }
             if let Some(part) = item.piece.ready().or_else(|| self.open(&item, search, stats)) {
-                search.take(&mut self.opener.dicer, &item, part, stats)?;
+                search.take(Ready { dicer: &mut self.opener.dicer, item, part }, stats)?;
             }
         }
         Ok(())

@@ -28,9 +28,10 @@ use rayon::prelude::*;
 
 use crate::geometry::triangles::Triangles;
 use crate::intersect::bundle::cull_space::CullingSpace;
-use crate::intersect::bundle::sah::{FANOUT, Item, MANY, Section, divide};
+use crate::intersect::bundle::sah::{FANOUT, MANY, Section, divide};
 use crate::objects::boxes::Boxes;
 use crate::objects::gather::eight_corners;
+use crate::objects::split::Item;
 use crate::rays::hits::NO_TRIANGLE;
 use crate::simd::lanes::{LANES, Narrow};
 
@@ -96,7 +97,7 @@ impl<'a> LazyBvh<'a> {
     pub(crate) fn new(triangles: &'a Triangles<'a>, space: CullingSpace, level: Level) -> Self {
         // In range: there are fewer than 2³² triangles.
         let ids = (0..triangles.len() as u32).into_par_iter().with_min_len(MANY);
-        let items: Vec<Item> = ids.map(|id| Item::new(triangles, &space, id)).collect();
+        let items: Vec<Item> = ids.map(|id| Item::new(&space.aabb(&triangles.bounds(id)), id)).collect();
         let undivided = AtomicUsize::new(items.len());
         let divided =
             Self { triangles, space, level, all: Part::new(items, 0), bytes: AtomicUsize::new(0), undivided };

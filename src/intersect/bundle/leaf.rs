@@ -102,7 +102,7 @@ mod tests {
     use crate::geometry::triangles::Triangles;
     use crate::intersect::bundle::cull_space::CullingSpace;
     use crate::intersect::bundle::cull_space::tests::numbers;
-    use crate::intersect::bundle::sah::Item;
+    use crate::objects::split::Item;
     use crate::simd::isa::Isa;
     use fearless_simd::dispatch;
     use glam::DVec3;
@@ -145,7 +145,7 @@ mod tests {
                 assert_eq!(cut.meeting, 255, "{ray:?} misses the scene");
                 let (culled, _) = cut.get(3, 0);
                 let candidates = dispatch!(level, simd => {
-                    let eight = EightTriangles::new(simd, &triangles, &space, &[Item::new(&triangles, &space, 0)]);
+                    let eight = EightTriangles::new(simd, &triangles, &space, &[Item::new(&space.aabb(&triangles.bounds(0)), 0)]);
                     let middle = [0, 1, 2].map(|k| eight.a[k][0]);
                     EightLoaded::new(simd, &eight, middle).candidates(&culled)
                 });

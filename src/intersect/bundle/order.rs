@@ -14,13 +14,12 @@
 
 use std::ops::Range;
 
-use fearless_simd::{prelude::*, u32x8};
+use fearless_simd::prelude::*;
 
 use crate::intersect::bundle::cull_space::{CullingSpace, OCTANTS, octant};
 use crate::intersect::ray_set::{A_RAY, RaySet};
-use crate::objects::gather;
-use crate::objects::morton::spread;
-use crate::simd::lanes::{LANES, Narrow};
+use crate::objects::{gather, morton};
+use crate::simd::lanes::LANES;
 
 /// The most rays that are ordered together.
 pub(crate) const CHUNK: usize = 1 << 17;
@@ -103,13 +102,10 @@ impl RayOrder {
 /// The cells of eight origins, numbered along the curve.
 #[inline(always)]
 fn cells<S: Simd>(simd: S, origins: &[[f32; 3]; LANES], space: &CullingSpace) -> [u32; LANES] {
-    let mut numbers = u32x8::simd_from(simd, 0);
+    let mut cells = gather::transposed_points(simd, origins);
     let half = SIDE as f32 * 0.5;
-    for (k, x) in gather::transposed_points(simd, origins).into_iter().enumerate() {
-        let cell = space.coordinate(x, k) * half + half;
-        let cell = cell.max(0.0).min(Narrow::simd_from(simd, (SIDE - 1) as f32));
-        // NaN, from numbers beyond f32, is some number: the mask keeps it inside.
-        numbers |= spread(u32x8::truncate_from(cell) & (SIDE - 1)) << (2 - k as u32);
+    for (k, x) in cells.iter_mut().enumerate() {
+        *x = space.coordinate(*x, k) * half + half;
     }
-    numbers.to_array()
+    morton::numbers(simd, cells, SIDE - 1)
 }

@@ -15,8 +15,8 @@ use crate::geometry::ray::Ray;
 use crate::intersect::grid::depth::{KEY_ERROR, Record, TileDepth};
 use crate::intersect::grid::hierarchical_z::BLOCK_SIDE;
 use crate::intersect::grid::tile_keys::{SIDE, eight};
-use crate::intersect::grid::tiles::Window;
 use crate::intersect::pencil::leaf::{FilmQuery, Tile};
+use crate::intersect::pencil::window::Window;
 use crate::rays::hits::{NO_TRIANGLE, Row};
 use crate::rays::origin::Origin;
 use crate::simd::lanes::{LANES, Lanes, Narrow, NarrowMask, bits, narrow};
@@ -34,7 +34,7 @@ const COLUMNS: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 impl Tile<'_, TileDepth> {
     /// Writes what the rays have hit.
-    pub(crate) fn write(&mut self, window: &mut Window<'_>, stats: &mut Stats) {
+    pub(crate) fn write(&mut self, window: &mut Window<Row<'_>>, stats: &mut Stats) {
         if self.work.depth.keys.ready {
             dispatch!(self.query.context.level, simd => self.write_lanes(simd, window, stats));
         } else {
@@ -43,7 +43,7 @@ impl Tile<'_, TileDepth> {
     }
 
     #[inline(always)]
-    fn write_lanes<S: Simd>(&mut self, simd: S, window: &mut Window<'_>, stats: &mut Stats) {
+    fn write_lanes<S: Simd>(&mut self, simd: S, window: &mut Window<Row<'_>>, stats: &mut Stats) {
         let (query, rect) = (self.query, self.rect);
         let view = query.view;
         for (j, row) in (0..).zip(&mut window.rows) {

@@ -42,8 +42,18 @@ pub(crate) struct FacePoints {
     pub(crate) places: [u16; TILE_POINTS],
 }
 
+/// What receivers on a face cover.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Extent {
+    /// The least and the greatest place on each axis.
+    pub(crate) at: [[f64; 2]; 2],
+    /// The depth of one of them, and the greatest magnitude of a depth.
+    pub(crate) depth: f64,
+    pub(crate) greatest_depth: f64,
+}
+
 impl FacePoints {
-    /// None.
+    /// Room for a tile; no receivers.
     pub(crate) fn new() -> Self {
         Self { count: 0, at: [[0.0; TILE_POINTS]; 2], depth: [0.0; TILE_POINTS], places: [0; TILE_POINTS] }
     }
@@ -61,7 +71,10 @@ impl FacePoints {
         let mut first_face = Lanes::simd_from(simd, f64::INFINITY);
         let mut last_face = -first_face;
         for (index, eight) in ids.chunks(LANES).enumerate() {
-            let EightSeen { at, depth, face } = see_eight(simd, light, points_of(simd, receivers, eight));
+            let point = |lane: usize| receivers[eight[lane] as usize].point;
+            let [x, y, z] = gather::points_by_lane(simd, eight.len(), point);
+            let points = Points { x: widen(x), y: widen(y), z: widen(z) };
+            let EightSeen { at, depth, face } = see_eight(simd, light, points);
             (first_face, last_face) = (first_face.min(face), last_face.max(face));
             let Some(only) = only else {
                 at[0].store_slice(&mut self.at[0][count..count + LANES]);
@@ -96,9 +109,9 @@ impl FacePoints {
         [least as usize, greatest as usize]
     }
 
-    /// The least and the greatest place on each axis, and the greatest magnitude of a depth.
+    /// What the receivers cover; there is one at least.
     #[inline(always)]
-    pub(crate) fn extent<S: Simd>(&self, simd: S) -> ([[f64; 2]; 2], f64) {
+    pub(crate) fn extent<S: Simd>(&self, simd: S) -> Extent {
         let infinite = Lanes::simd_from(simd, f64::INFINITY);
         let (mut lo, mut hi, mut size) = ([infinite; 2], [-infinite; 2], infinite * 0.0);
         size = size.max(Lanes::simd_from(simd, 0.0));
@@ -112,7 +125,7 @@ impl FacePoints {
         let least = |lanes: [f64; LANES]| lanes.into_iter().fold(f64::INFINITY, f64::min);
         let greatest = |lanes: [f64; LANES]| lanes.into_iter().fold(f64::NEG_INFINITY, f64::max);
         let axis = |k: usize| [least(lo[k].to_array()), greatest(hi[k].to_array())];
-        ([axis(0), axis(1)], greatest(size.to_array()))
+        Extent { at: [axis(0), axis(1)], depth: self.depth[0], greatest_depth: greatest(size.to_array()) }
     }
 
     /// Columns and rows of eight receivers from one on.
@@ -146,17 +159,6 @@ pub(crate) fn keys_around<S: Simd>(simd: S, key: Lanes<S>) -> (Narrow<S>, Narrow
     let is_less = rounded.simd_lt(KEY_LIMIT as f32);
     let is_more = rounded.simd_gt(-KEY_LIMIT as f32);
     (is_more.select(rounded - slack, -infinite), is_less.select(rounded + slack, infinite))
-}
-
-/// At most eight points by their places; the last one is repeated.
-#[inline(always)]
-fn points_of<S: Simd>(simd: S, receivers: &[Receiver], ids: &[u32]) -> Points<S> {
-    let mut points = [[0.0; 3]; LANES];
-    for (lane, point) in points.iter_mut().enumerate() {
-        *point = receivers[ids[lane.min(ids.len() - 1)] as usize].point;
-    }
-    let [x, y, z] = gather::transposed_points(simd, &points);
-    Points { x: widen(x), y: widen(y), z: widen(z) }
 }
 
 /// Sees eight points.

@@ -5,3 +5,4 @@ pub(crate) mod face_points;
 pub(crate) mod order;
 pub(crate) mod packets;
 pub(crate) mod shadow;
+pub(crate) mod tile;

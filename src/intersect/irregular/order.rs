@@ -108,11 +108,7 @@ impl OnCurve for LightGrid<'_> {
     fn places<S: Simd>(&self, simd: S, first: u32) -> [u32; LANES] {
         let first = first as usize;
         let eight = &self.receivers[first..self.receivers.len().min(first + LANES)];
-        let mut points = [[0.0; 3]; LANES];
-        for (lane, point) in points.iter_mut().enumerate() {
-            *point = eight[lane.min(eight.len() - 1)].point;
-        }
-        let [x, y, z] = gather::transposed_points(simd, &points);
+        let [x, y, z] = gather::points_by_lane(simd, eight.len(), |lane| eight[lane].point);
         let seen = match self.light {
             Origin::Point(light) => {
                 let light = light.as_vec3();

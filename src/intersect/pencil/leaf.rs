@@ -153,12 +153,10 @@ impl<'a, D: LeafDepth> Tile<'a, D> {
     /// A tile of at most [`crate::intersect::pencil::rect::TILE_SIDE`] columns and rows of rays that start at
     /// t-coordinates `start`.
     pub(crate) fn new(query: FilmQuery<'a>, rect: Rect, start: Interval, work: &'a mut Workspace<D>) -> Self {
-        let Viewport { film, origin, projection, sampling, .. } = query.view;
-        let x = Interval { lo: film.x(rect.x0), hi: film.x(rect.x1 - 1) };
-        let y = Interval { lo: film.y(rect.y1 - 1), hi: film.y(rect.y0) };
+        let Viewport { film, origin, sampling, .. } = query.view;
         let [_, right, up] = film.span();
         let span = [film.at(rect.x0, rect.y0), right * film.step(), -up * film.step()];
-        let frustum = Frustum::new(projection, x, y, start);
+        let frustum = query.view.frustum_over(rect, start);
         let limits = frustum.limits(&query.bounds);
         let (sampling, on_lattice) = (*sampling, work.on_lattice && *sampling == Sampling::Grid);
         let rays = TileRays { origin: *origin, span, sampling, on_lattice };

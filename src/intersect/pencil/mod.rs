@@ -18,6 +18,7 @@ pub(crate) mod rect;
 pub(crate) mod screen_bounds;
 pub(crate) mod setup;
 pub(crate) mod viewport;
+pub(crate) mod window;
 
 use crate::geometry::aabb::Aabb;
 use crate::objects::boxes::Boxes;

@@ -1,7 +1,8 @@
 //! What rays see of surfaces on demand: ids, distances, parameters and normals, and rectangles of them to be written.
 
 use crate::intersect::pencil::rect::Rect;
-use crate::rays::hits::NO_TRIANGLE;
+use crate::intersect::pencil::window::{HitRow, Window};
+use crate::rays::hits::{Hits, NO_TRIANGLE};
 use crate::reyes::sample::resolve::{Resolved, Seen};
 use crate::simd::lanes::{LANES, bits};
 use crate::stats::TileStats;
@@ -9,8 +10,7 @@ use crate::stats::TileStats;
 /// The nearest surfaces of a set of rays, in the order of the rays.
 #[derive(Debug, Clone, Default)]
 pub struct SurfaceHits {
-    pub(crate) ids: Vec<u32>,
-    pub(crate) ts: Vec<f32>,
+    hits: Hits,
     pub(crate) uvs: Vec<[f32; 2]>,
     pub(crate) normals: Vec<[f32; 3]>,
     pub(crate) corners: Vec<[[f32; 3]; 3]>,
@@ -21,8 +21,8 @@ pub struct SurfaceHits {
 impl PartialEq for SurfaceHits {
     /// The same hits, whatever they have cost.
     fn eq(&self, other: &Self) -> bool {
-        (&self.ids, &self.ts, &self.uvs, &self.normals, &self.corners)
-            == (&other.ids, &other.ts, &other.uvs, &other.normals, &other.corners)
+        (&self.hits, &self.uvs, &self.normals, &self.corners)
+            == (&other.hits, &other.uvs, &other.normals, &other.corners)
     }
 }
 
@@ -31,10 +31,10 @@ impl SurfaceHits {
     /// yet.
     pub(crate) fn make_room(&mut self, rays: usize, corners: bool) {
         let kept = if corners { rays } else { 0 };
-        if (self.ids.len(), self.corners.len()) != (rays, kept) {
+        self.hits.make_room(rays);
+        if (self.uvs.len(), self.corners.len()) != (rays, kept) {
             *self = Self {
-                ids: vec![0; rays],
-                ts: vec![0.0; rays],
+                hits: std::mem::take(&mut self.hits),
                 uvs: vec![[0.0; 2]; rays],
                 normals: vec![[0.0; 3]; rays],
                 corners: vec![[[0.0; 3]; 3]; kept],
@@ -48,25 +48,25 @@ impl SurfaceHits {
     /// The number of rays.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.ids.len()
+        self.hits.len()
     }
 
     /// Whether there was no ray.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.ids.is_empty()
+        self.hits.is_empty()
     }
 
     /// The ids of the surfaces: `0xFFFF_FFFF` is a miss.
     #[must_use]
     pub fn ids(&self) -> &[u32] {
-        &self.ids
+        self.hits.ids()
     }
 
     /// Distances in units of the ray's direction, rounded to the nearest f32: +∞ is a miss.
     #[must_use]
     pub fn ts(&self) -> &[f32] {
-        &self.ts
+        self.hits.ts()
     }
 
     /// (u, v) of the patch, each within \[0, 1\]: NaN is a miss.
@@ -104,7 +104,8 @@ impl SurfaceHits {
 
     /// All hits as one row.
     pub(crate) fn row(&mut self) -> SurfaceRow<'_> {
-        let Self { ids, ts, uvs, normals, corners, .. } = self;
+        let Self { hits, uvs, normals, corners, .. } = self;
+        let (ids, ts) = hits.as_row();
         SurfaceRow { ids, ts, uvs, normals, corners }
     }
 }
@@ -144,7 +145,7 @@ impl SurfaceRow<'_> {
 
     /// Notes that some of eight rays from one on have hit nothing.
     #[inline(always)]
-    pub(crate) fn miss(&mut self, first: usize, lanes: u64) {
+    pub(crate) fn miss_some(&mut self, first: usize, lanes: u64) {
         for lane in bits(lanes) {
             let ray = first + lane;
             (self.ids[ray], self.ts[ray]) = (NO_TRIANGLE, f32::INFINITY);
@@ -154,8 +155,9 @@ impl SurfaceRow<'_> {
             }
         }
     }
+}
 
-    /// The first rays, and the rest.
+impl HitRow for SurfaceRow<'_> {
     fn split(self, rays: usize) -> [Self; 2] {
         let (ids, more_ids) = self.ids.split_at_mut(rays);
         let (ts, more_ts) = self.ts.split_at_mut(rays);
@@ -168,39 +170,20 @@ impl SurfaceRow<'_> {
             Self { ids: more_ids, ts: more_ts, uvs: more_uvs, normals: more_normals, corners: more_corners },
         ]
     }
+
+    fn miss(&mut self) {
+        self.ids.fill(NO_TRIANGLE);
+        self.ts.fill(f32::INFINITY);
+        self.uvs.fill([f32::NAN; 2]);
+        self.normals.fill([f32::NAN; 3]);
+        self.corners.fill([[0.0; 3]; 3]);
+    }
 }
 
 /// A rectangle of the hits of a film.
-#[derive(Debug)]
-pub(crate) struct SurfaceWindow<'a> {
-    pub(crate) rect: Rect,
-    pub(crate) rows: Vec<SurfaceRow<'a>>,
-}
+pub(crate) type SurfaceWindow<'a> = Window<SurfaceRow<'a>>;
 
-impl<'a> SurfaceWindow<'a> {
-    /// Windows over consecutive films of the given widths and heights.
-    pub(crate) fn over(hits: &'a mut SurfaceHits, sizes: impl Iterator<Item = [u32; 2]>) -> Vec<Self> {
-        let mut rest = hits.row();
-        let mut windows = Vec::new();
-        for [width, height] in sizes {
-            let mut rows = Vec::with_capacity(height as usize);
-            for _ in 0..height {
-                let [row, more] = rest.split(width as usize);
-                (rest, rows) = (more, rows);
-                rows.push(row);
-            }
-            windows.push(Self { rect: Rect { x0: 0, y0: 0, x1: width, y1: height }, rows });
-        }
-        windows
-    }
-
-    /// Notes that no ray has hit anything.
-    pub(crate) fn miss(&mut self) {
-        for row in &mut self.rows {
-            (0..row.ids.len()).for_each(|ray| row.miss(ray, 1));
-        }
-    }
-
+impl SurfaceWindow<'_> {
     /// The halves of the longer side, cut between tiles.
     pub(crate) fn halves(self, tile: u32) -> [Self; 2] {
         let Rect { x0, y0, x1, y1 } = self.rect;

@@ -103,7 +103,7 @@ impl TileSamples {
         for x in (0..width).step_by(LANES) {
             let lanes = u64::MAX >> (u64::BITS - (width - x).min(BLOCK_SIDE));
             let hit = self.keys.covered[y as usize % SIDE] >> x & lanes;
-            row.miss(x as usize, lanes & !hit);
+            row.miss_some(x as usize, lanes & !hit);
             if hit != 0 {
                 let (mut seen, mut ids) = (Seen::NOTHING, [0; LANES]);
                 for lane in bits(hit) {
@@ -178,7 +178,7 @@ impl GridSamples<'_> {
             return;
         }
         // Parallel rays start somewhere, and may start behind.
-        let certain = certain && (hi < 0.0 || matches!(tile.origin, Origin::Point(_)));
+        let certain = certain && (hi < 0.0 || matches!(tile.view.origin, Origin::Point(_)));
         if certain && lo > near_hi {
             self.keep(tile.rect, triangle, [x, y], [lo, hi]);
         } else {
@@ -198,7 +198,7 @@ impl GridSamples<'_> {
         self.stats.doubtful_samples += 1;
         let corners = self.corners(triangle);
         let ray = tile.ray([x, y]);
-        if !certain && !covers(&ray, &triangle_of(&corners), tile.origin.ties(), self.stats) {
+        if !certain && !covers(&ray, &triangle_of(&corners), tile.view.origin.ties(), self.stats) {
             return;
         }
         let nearer = match self.tile.winner(x, y) {
@@ -249,7 +249,7 @@ impl GridSamples<'_> {
             if tile.frustum.enter(&bounds).is_none() {
                 continue;
             }
-            if exact_side(tile.origin, &triangle_of(&corners)) == Sign::Zero {
+            if exact_side(tile.view.origin, &triangle_of(&corners)) == Sign::Zero {
                 // Seen edge-on, or without area.
                 continue;
             }
@@ -271,8 +271,8 @@ impl GridSamples<'_> {
         for y in rect.y0..rect.y1 {
             for x in rect.x0..rect.x1 {
                 let ray = tile.ray([x, y]);
-                if covers(&ray, &corners, tile.origin.ties(), self.stats) {
-                    let keys = keys_of(tile.origin, Distance::new(&ray, &corners).bounds());
+                if covers(&ray, &corners, tile.view.origin.ties(), self.stats) {
+                    let keys = keys_of(tile.view.origin, Distance::new(&ray, &corners).bounds());
                     self.offer(tile, triangle, [x, y], keys, true);
                 }
             }

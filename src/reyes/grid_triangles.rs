@@ -3,10 +3,9 @@
 //! Quadrilaterals of a grid come block by block, so that the triangles of each are a run, see [`crate::objects::runs`].
 
 use crate::error::Error;
-use crate::reyes::dice::dicer::Dicer;
 use crate::reyes::dice::grid::GridOrigin;
-use crate::reyes::dice::patch::SubPatch;
 use crate::reyes::dice::rule::OnDemand;
+use crate::reyes::walk::Ready;
 use crate::stats::Stats;
 
 /// Quadrilaterals of a block.
@@ -34,15 +33,12 @@ impl GridTriangles {
     /// Dices a part of a patch, and takes its triangles.
     pub(crate) fn dice<S: OnDemand>(
         &mut self,
-        dicer: &mut Dicer<'_, S>,
-        (object, part): (&S::Object, SubPatch),
+        mut ready: Ready<'_, '_, S>,
         stats: &mut Stats,
     ) -> Result<(), Error> {
-        let bits = dicer.dice(object, &part)?;
-        dicer.check_points(object)?;
-        stats.surfaces_diced += 1;
-        stats.micropolygons += 1_u64 << (bits[0] + bits[1]);
-        self.push(&dicer.points, &GridOrigin { surface: dicer.surfaces.id(object), part, bits });
+        let grid = ready.dice(stats)?;
+        ready.check_points()?;
+        self.push(&ready.dicer.points, &grid);
         Ok(())
     }
 
