@@ -16,7 +16,8 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use commands::{
-    ambient, bounce, cli, cliffs, cube, error, leaks, partitions, primary, reyes, reyes_growth, shadow,
+    ambient, bounce, cli, cliffs, coincident, cube, error, leaks, partitions, primary, reyes, reyes_growth,
+    shadow,
 };
 
 /// What can go wrong here is told, not handled.
@@ -47,5 +48,6 @@ fn run(cli: &cli::Cli) -> Result<()> {
         cli::Command::ReyesGrowth(args) => reyes_growth::run(args),
         cli::Command::Leaks(args) => leaks::run(args, &cli.common),
         cli::Command::Cliffs(args) => cliffs::run(args),
+        cli::Command::Coincident(args) => coincident::run(args),
     }
 }

@@ -55,6 +55,8 @@ pub(crate) enum Command {
     Leaks(LeaksArgs),
     /// Time umbel for hard subjects with more and more triangles
     Cliffs(CliffsArgs),
+    /// Time umbel for scenes in which things coincide exactly, against the same scenes where nothing does
+    Coincident(CoincidentArgs),
 }
 
 /// Options of the commands that compare engines.
@@ -344,6 +346,28 @@ pub(crate) struct CliffsArgs {
     pub(crate) json: Option<PathBuf>,
 
     /// Draw time against triangles
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) plot: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CoincidentArgs {
+    /// Parts of names of scenes, such as wall or open-rays. Default: all
+    pub(crate) names: Vec<String>,
+
+    /// Rounds, in each of which every place of a scene is asked for some milliseconds; the least time counts
+    #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) repeat: u32,
+
+    /// Fail where a scene takes more than this times as long as the same scene apart
+    #[arg(long, value_name = "RATIO")]
+    pub(crate) limit: Option<f64>,
+
+    /// Write everything that was measured
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+
+    /// Draw the ratios
     #[arg(long, value_name = "FILE.svg")]
     pub(crate) plot: Option<PathBuf>,
 }

@@ -13,7 +13,8 @@ use crate::machine;
 use crate::report;
 use crate::report::curves;
 use crate::report::curves::Curve;
-use crate::subjects::cliffs::{CLIFFS, Cliff, Mesh, Window};
+use crate::subjects::cliffs::{CLIFFS, Cliff, Window};
+use crate::subjects::mesh::Mesh;
 
 /// The fewest triangles of each subject.
 const SMALLEST: u32 = 1 << 10;

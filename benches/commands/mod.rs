@@ -4,6 +4,7 @@ pub(crate) mod ambient;
 pub(crate) mod bounce;
 pub(crate) mod cli;
 pub(crate) mod cliffs;
+pub(crate) mod coincident;
 mod comparison;
 mod crossover;
 pub(crate) mod cube;

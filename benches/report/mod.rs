@@ -3,6 +3,7 @@
 pub(crate) mod curves;
 pub(crate) mod error_curves;
 pub(crate) mod plot;
+pub(crate) mod ratios;
 pub(crate) mod table;
 
 use std::path::Path;

@@ -8,6 +8,7 @@ use umbel::glam::{DVec2, DVec3};
 use umbel::{Origin, Pencil};
 
 use crate::Result;
+use crate::subjects::mesh::Mesh;
 
 /// Half the vertical angle of view, in degrees.
 const HALF_FOV: f64 = 30.0;
@@ -19,13 +20,6 @@ pub(crate) struct Window {
     height: u32,
     /// Half the height of the film at distance 1.
     half: f64,
-}
-
-/// Positions and triangles.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Mesh {
-    pub(crate) positions: Vec<[f32; 3]>,
-    pub(crate) triangles: Vec<[u32; 3]>,
 }
 
 /// One kind of subject.
@@ -75,16 +69,6 @@ impl Window {
     /// The position that is seen at a place of the film, at a depth.
     fn position(&self, place: DVec2, z: f64) -> [f32; 3] {
         (place * (z * self.half)).extend(-z).as_vec3().to_array()
-    }
-}
-
-impl Mesh {
-    /// Adds a triangle with corners of its own.
-    fn push(&mut self, corners: [[f32; 3]; 3]) {
-        // At most 2²⁴ triangles are made.
-        let first = self.positions.len() as u32;
-        self.positions.extend(corners);
-        self.triangles.push([first, first + 1, first + 2]);
     }
 }
 
