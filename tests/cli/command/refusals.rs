@@ -11,8 +11,8 @@ fn refuse(line: &str, code: i32, named: &str) {
     place.put("broken.obj", "v 0 0 0\nv 1 0 0\nf 1 2 9\n");
     place.put("nan.obj", "v 0 0 0\nv 1 0 0\n\nv nan 1 0\nf 1 2 3\n");
     place.put("number.obj", "v 0 0 0\nv 1 zero 0\n");
-    place.put("thing.stl", "solid thing\n");
-    place.put("plain", SQUARES);
+    place.put("thing.fbx", "solid thing\n");
+    place.put("plain", "hello\n");
     place.put("binary.obj", [0_u8, 159, 146, 150]);
     std::fs::create_dir(place.path("folder.obj")).expect("a directory");
     std::fs::create_dir(place.path("folder.png")).expect("a directory");
@@ -132,8 +132,8 @@ fn input_that_cannot_be_read() {
             ("broken.obj", "broken.obj:3"),
             ("nan.obj", "nan.obj:4"),
             ("number.obj", "number.obj:2"),
-            ("thing.stl", ".stl"),
-            ("thing.stl", ".obj"),
+            ("thing.fbx", ".fbx"),
+            ("thing.fbx", ".obj"),
             ("plain", "plain"),
             ("binary.obj", "binary.obj"),
             ("folder.obj", "folder.obj"),
