@@ -1,13 +1,15 @@
 //! The command line: what can be typed, and what it means.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 
 use crate::bake::args::BakeArgs;
 use crate::common::Common;
 use crate::file_names::FileNames;
+use crate::machine;
 use crate::options::bounces::BounceArgs;
 use crate::options::camera::CameraArgs;
 use crate::options::lights::LightArgs;
@@ -20,15 +22,50 @@ use crate::trade::args::TradeArgs;
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 runtime failure, 2 usage, 3 bad input, 4 limit hit, \
 5 a comparison found a difference, 130 interrupted.";
 
+const EXAMPLES: &str = "\
+Examples:
+  umbel model.obj                                    a picture, umbel.png
+  umbel render room.glb --view front --size 800x600 -o room.png
+  umbel render scan.ply.gz --aov depth=depth.npy --aov id=id.npy
+  curl -s https://example.org/part.stl | umbel - -o - > part.png
+  umbel shadow model.obj --sun 1,2,1 --mask mask.png
+  umbel bake model.glb --vertices -o baked.glb
+  umbel info model.obj --json
+
+Exit codes: 0 ok, 1 runtime failure, 2 usage, 3 bad input, 4 limit hit, \
+5 a comparison found a difference, 130 interrupted.";
+
 /// Exact visibility on the CPU: no GPU, no GL, nothing to build.
 #[derive(Debug, Parser)]
-#[command(name = "umbel", version, about, after_help = EXIT_CODES, arg_required_else_help = true)]
+#[command(
+    name = "umbel",
+    version,
+    long_version = machine::long_version(),
+    about,
+    after_help = EXIT_CODES,
+    after_long_help = EXAMPLES,
+    arg_required_else_help = true
+)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
 
     #[command(flatten)]
     pub(crate) common: Common,
+}
+
+/// The words of a command line, with the verb where it is left out: `umbel model.obj` renders.
+pub(crate) fn with_verb(words: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let mut words: Vec<OsString> = words.collect();
+    let Some(first) = words.get(1) else { return words };
+    let text = first.to_string_lossy();
+    let is_verb = Cli::command().get_subcommands().any(|verb| verb.get_name() == text) || text == "help";
+    let is_option = text.starts_with('-') && text != "-";
+    let names_scene = text == "-" || text.starts_with("builtin:") || Path::new(first).extension().is_some();
+    if !is_verb && !is_option && names_scene {
+        words.insert(1, "render".into());
+    }
+    words
 }
 
 #[derive(Debug, Subcommand)]
@@ -51,6 +88,16 @@ pub(crate) enum Command {
     Verify(VerifyArgs),
     /// Print counts, bounds, and degenerate and non-finite elements
     Info(InfoArgs),
+    /// Print a script that completes umbel's options in a shell
+    Completions {
+        /// The shell that shall read it
+        shell: Shell,
+    },
+    /// Write manual pages: one for umbel and one for each verb
+    Man {
+        /// The folder for them, which is made if it is not there
+        folder: PathBuf,
+    },
 }
 
 impl Command {
@@ -77,6 +124,7 @@ impl Command {
             Self::Trade(args) => FileNames::of_scenes(&args.scene).writing(args.outputs()),
             Self::Verify(args) => of_scene(&args.scene).writing(&args.difference),
             Self::Info(args) => of_scene(&args.scene),
+            Self::Completions { .. } | Self::Man { .. } => FileNames::default(),
         }
     }
 }
@@ -116,7 +164,7 @@ pub(crate) struct VisibleArgs {
     pub(crate) objects: bool,
 
     /// Views in a file: [{"eye": [x,y,z], "target": [x,y,z], "fov": 60, "size": [640,480]}, ...] or a table of such by name; also up, camera, height and cube_size
-    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["eye", "target", "up", "fov", "height", "size", "cube_size", "lens"])]
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["named_view", "azimuth", "elevation", "eye", "target", "up", "fov", "height", "size", "cube_size", "lens"])]
     pub(crate) views: Option<PathBuf>,
 
     #[command(flatten)]

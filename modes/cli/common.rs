@@ -17,32 +17,60 @@ pub(crate) struct Common {
     pub(crate) threads: usize,
 
     /// exact: every decision as in exact arithmetic. fast: rounded decisions
-    #[arg(long, global = true, value_enum, default_value = "exact")]
+    #[arg(
+        long,
+        global = true,
+        help_heading = "Engine",
+        hide_short_help = true,
+        value_enum,
+        default_value = "exact"
+    )]
     pub(crate) accuracy: AccuracyArg,
 
     /// pencil: one bound stands for many rays. general: every ray by itself. Both give the same output
-    #[arg(long, global = true, value_enum, default_value = "pencil")]
+    #[arg(
+        long,
+        global = true,
+        help_heading = "Engine",
+        hide_short_help = true,
+        value_enum,
+        default_value = "pencil"
+    )]
     pub(crate) path: PathArg,
 
     /// How --path general divides triangles: at the middle of the longest side, as the file gives them, by space, or by cost
     /// from a sample of the rays. Never changes an output; only time, and the memory of spatial
-    #[arg(long, global = true, value_enum, default_value = "middle")]
+    #[arg(
+        long,
+        global = true,
+        help_heading = "Engine",
+        hide_short_help = true,
+        value_enum,
+        default_value = "middle"
+    )]
     pub(crate) partition: PartitionArg,
 
     /// Instructions of the kernels. Never changes an output; what the machine lacks is refused
-    #[arg(long, global = true, value_enum, default_value = "auto")]
+    #[arg(
+        long,
+        global = true,
+        help_heading = "Engine",
+        hide_short_help = true,
+        value_enum,
+        default_value = "auto"
+    )]
     pub(crate) isa: IsaArg,
 
-    /// Write counts, times and a hash of the outputs as JSON
+    /// Write counts, times and a hash of the outputs as JSON; - for stdout
     #[arg(long, global = true, value_name = "FILE.json")]
     pub(crate) report: Option<PathBuf>,
 
     /// Run the engine N times on the loaded scene, for timing
-    #[arg(long, global = true, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, global = true, help_heading = "Engine", hide_short_help = true, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) repeat: u32,
 
     /// With --repeat: start from the triangle order that the run before has found, and from nothing else
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = "Engine", hide_short_help = true)]
     pub(crate) keep_order: bool,
 
     /// Stop before starting when more memory than this would be needed, such as 500M or 8G

@@ -22,7 +22,8 @@ pub(crate) struct FileNames {
 impl FileNames {
     /// Those of a run that reads some scenes.
     pub(crate) fn of_scenes<'a>(scenes: impl IntoIterator<Item = &'a OsString>) -> Self {
-        let is_file = |name: &&OsString| !name.to_str().is_some_and(|name| name.starts_with(BUILTIN));
+        let is_file =
+            |name: &&OsString| !name.to_str().is_some_and(|name| name == "-" || name.starts_with(BUILTIN));
         let files = scenes.into_iter().filter(is_file);
         Self { inputs: files.map(PathBuf::from).collect(), outputs: Vec::new() }
     }

@@ -1,5 +1,7 @@
 //! What times depend on: the machine, its system, the threads and the version of this program.
 
+use std::sync::LazyLock;
+
 use umbel::engine::Isa;
 
 /// The machine as far as it tells.
@@ -30,4 +32,25 @@ impl Machine {
             version: env!("CARGO_PKG_VERSION"),
         }
     }
+}
+
+/// What `--version` tells: the version, the commit where the build was told one (UMBEL_COMMIT), and what was built in.
+pub(crate) fn long_version() -> &'static str {
+    static TEXT: LazyLock<String> = LazyLock::new(|| {
+        let features = [
+            ("obj", cfg!(feature = "obj")),
+            ("gltf", cfg!(feature = "gltf")),
+            ("ply", cfg!(feature = "ply")),
+            ("stl", cfg!(feature = "stl")),
+            ("off", cfg!(feature = "off")),
+            ("gz", cfg!(feature = "gz")),
+            ("zst", cfg!(feature = "zst")),
+        ];
+        let built: Vec<&str> =
+            features.into_iter().filter(|&(_, is_built)| is_built).map(|(name, _)| name).collect();
+        let commit = option_env!("UMBEL_COMMIT").map(|commit| format!(" ({commit})")).unwrap_or_default();
+        let Machine { isa, system, version, .. } = Machine::here();
+        format!("{version}{commit}\nsystem: {system}, instructions: {isa}\nformats: {}", built.join(" "))
+    });
+    &TEXT
 }

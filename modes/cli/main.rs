@@ -3,6 +3,7 @@
 mod args;
 mod bake;
 mod common;
+mod documents;
 mod file_names;
 mod info;
 mod interrupt;
@@ -28,7 +29,7 @@ use umbel::Error;
 use crate::args::{Cli, Command};
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::parse_from(args::with_verb(std::env::args_os()));
     cli.common.color.write_global();
     interrupt::exit_on_interrupt();
     match run(&cli) {
@@ -55,5 +56,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Trade(args) => trade::trade(args, &cli.common),
         Command::Verify(args) => render::verify_scene(args, &cli.common),
         Command::Info(args) => info::info_scene(args, &cli.common),
+        Command::Completions { shell } => documents::print_completions(*shell),
+        Command::Man { folder } => documents::write_man_pages(folder),
     })
 }

@@ -2,7 +2,7 @@
 //!
 //! A failure on the way, a full disk say, leaves the old file as it was and no temporary file. A name that is a link
 //! keeps it: what it points to is replaced. Devices and pipes (`/dev/null`, `/dev/stdout`) cannot be replaced by a
-//! rename; they get the bytes themselves, all at the end. The file is synced before the rename, the directory is not:
+//! rename; they get the bytes themselves, all at the end. So does the standard output, whose name is `-`. The file is synced before the rename, the directory is not:
 //! after a power cut the old file may be back, but never half a file.
 //!
 //! Who ends the process on a signal holds a [`WritingPause`] meanwhile: then there is no temporary file that would stay.
@@ -18,6 +18,9 @@ use crate::error::Error;
 
 /// Bytes that are gathered before the system is asked to write them.
 const BUFFER_BYTES: usize = 1 << 18;
+
+/// What stands for the standard output.
+const STDOUT: &str = "-";
 
 /// Read by those who have a temporary file, written by who wants that there is none: as files belong to the process, so does
 /// this.
@@ -96,6 +99,9 @@ pub(crate) fn refused(path: &Path, problem: impl Into<String>) -> Error {
 
 /// Finds out what `path` is, following links.
 fn place(path: &Path) -> io::Result<Place> {
+    if path == Path::new(STDOUT) {
+        return Ok(Place::Stream);
+    }
     match fs::metadata(path) {
         Ok(found) if found.is_dir() => Err(ErrorKind::IsADirectory.into()),
         Ok(found) if found.is_file() => {
@@ -164,6 +170,11 @@ fn directory(path: &Path) -> &Path {
 fn stream(path: &Path, write: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>) -> io::Result<()> {
     let mut bytes = Cursor::new(Vec::new());
     write(&mut bytes)?;
+    if path == Path::new(STDOUT) {
+        let mut open = io::stdout().lock();
+        open.write_all(bytes.get_ref())?;
+        return open.flush();
+    }
     let mut open = File::options().write(true).open(path)?;
     open.write_all(bytes.get_ref())?;
     open.flush()

@@ -118,11 +118,25 @@ impl Camera {
     /// A camera that frames a box from `direction`, up as [`Camera::default_up`] has it.
     #[must_use]
     pub fn framing(bounds: &Aabb, direction: DVec3, lens: Lens, width: u32, height: u32) -> Self {
+        Self::framing_with_up(bounds, direction, Self::default_up(-direction), lens, width, height)
+    }
+
+    /// The same with an `up`; where it is parallel to the view or no direction, that of [`Camera::default_up`].
+    #[must_use]
+    pub fn framing_with_up(
+        bounds: &Aabb,
+        direction: DVec3,
+        up: DVec3,
+        lens: Lens,
+        width: u32,
+        height: u32,
+    ) -> Self {
         let bounds = if bounds.is_empty() { Aabb { lo: [-1.0; 3], hi: [1.0; 3] } } else { *bounds };
         let (centre, half) = (DVec3::from_array(bounds.centre()), DVec3::from_array(bounds.extent()) * 0.5);
         let forward = -unit(direction);
-        let default_up = Self::default_up(forward);
-        let right = unit(forward.cross(default_up));
+        let is_usable = up.is_finite() && up != DVec3::ZERO && !is_parallel(forward, unit(up));
+        let picture_up = if is_usable { up } else { Self::default_up(forward) };
+        let right = unit(forward.cross(unit(picture_up)));
         let up = right.cross(forward);
         let aspect = f64::from(width) / f64::from(height);
         let corners = (0..8).map(|k| {
@@ -149,7 +163,7 @@ impl Camera {
         };
         let distance = if matches!(lens, Lens::Ortho { .. }) { 2.0 * radius } else { distance };
         let distance = if distance > 0.0 { distance * FRAME_MARGIN } else { 1.0 };
-        Self { eye: centre - forward * distance, target: centre, up: default_up, lens, width, height }
+        Self { eye: centre - forward * distance, target: centre, up: picture_up, lens, width, height }
     }
 
     /// Rows of the picture: those of all six faces for a cube.

@@ -106,6 +106,7 @@ struct Scratch<'a, S: OnDemand> {
 }
 
 /// The receivers of a tile on one face.
+#[expect(clippy::large_enum_variant, reason = "a thread has one at a time")]
 enum Face {
     /// On the film around them, with the frustum over it.
     Film(Frustum, FaceFilm),

@@ -26,13 +26,54 @@ impl LensArg {
     }
 }
 
-/// Where the rays come from. Without options the scene is framed from (1, 0.7, 1).
+/// From where a scene is framed. Right and front are those of who looks at it with `--up` up: with Y up the front is where +Z
+/// points from, with Z up where −Y does, as drawings have it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NamedView {
+    Front,
+    Back,
+    Left,
+    Right,
+    Top,
+    Bottom,
+    /// From the right, above and in front, by equal parts
+    Iso,
+}
+
+impl NamedView {
+    /// The direction toward the eye, by its parts to the right, up and to the front.
+    fn parts(self) -> DVec3 {
+        match self {
+            Self::Front => DVec3::Z,
+            Self::Back => DVec3::NEG_Z,
+            Self::Left => DVec3::NEG_X,
+            Self::Right => DVec3::X,
+            Self::Top => DVec3::Y,
+            Self::Bottom => DVec3::NEG_Y,
+            Self::Iso => DVec3::ONE,
+        }
+    }
+}
+
+/// Where the rays come from. Without options the scene is framed from the right, above and in front: parts 1, 0.7 and 1.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]
 pub(crate) struct CameraArgs {
     /// Position of the eye; of an ortho camera, the middle of the film
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
     pub(crate) eye: Option<DVec3>,
+
+    /// Frame the scene from a side
+    #[arg(long = "view", value_enum, conflicts_with_all = ["eye", "target", "azimuth", "elevation"])]
+    pub(crate) named_view: Option<NamedView>,
+
+    /// Frame the scene from an angle: degrees from the front toward the right (default 45)
+    #[arg(long, value_name = "DEGREES", conflicts_with_all = ["eye", "target"], allow_hyphen_values = true)]
+    pub(crate) azimuth: Option<f64>,
+
+    /// Frame the scene from a height: degrees above the horizon, -90 to 90 (default 26)
+    #[arg(long, value_name = "DEGREES", conflicts_with_all = ["eye", "target"], allow_hyphen_values = true)]
+    pub(crate) elevation: Option<f64>,
 
     /// World units from the lower to the upper edge of an ortho picture
     #[arg(long, value_name = "UNITS", allow_hyphen_values = true)]
@@ -155,8 +196,13 @@ impl CameraArgs {
             LensArg::Fisheye => Lens::Fisheye { fov: self.view.fov.unwrap_or(180.0) },
             LensArg::Cube => Lens::Cube,
         };
-        let mut camera = Camera::framing(bounds, DVec3::new(1.0, 0.7, 1.0), lens, width, height);
-        if let (Some(view), Lens::Pinhole { .. }, None, None) = (view, lens, self.eye, self.view.target) {
+        let direction = self.framing_direction()?;
+        let mut camera = match self.view.up {
+            Some(up) => Camera::framing_with_up(bounds, direction, up, lens, width, height),
+            None => Camera::framing(bounds, direction, lens, width, height),
+        };
+        let is_placed = self.eye.is_some() || self.view.target.is_some() || self.frames_from_a_side();
+        if let (Some(view), Lens::Pinhole { .. }, false) = (view, lens, is_placed) {
             camera.eye = DVec3::from_array(view.eye);
             camera.target = DVec3::from_array(view.target);
             camera.up = DVec3::from_array(view.up);
@@ -173,6 +219,33 @@ impl CameraArgs {
         Ok(camera)
     }
 
+    /// Whether the scene is framed from where the user said.
+    fn frames_from_a_side(&self) -> bool {
+        self.named_view.is_some() || self.azimuth.is_some() || self.elevation.is_some()
+    }
+
+    /// The direction toward the eye from which the scene is framed.
+    fn framing_direction(&self) -> Result<DVec3, Error> {
+        let parts = match (self.named_view, self.azimuth, self.elevation) {
+            (Some(view), ..) => view.parts(),
+            (None, None, None) => DVec3::new(1.0, 0.7, 1.0),
+            (None, azimuth, elevation) => {
+                let (azimuth, elevation) = (azimuth.unwrap_or(45.0), elevation.unwrap_or(DEFAULT_ELEVATION));
+                if !azimuth.is_finite() || !(-90.0..=90.0).contains(&elevation) {
+                    return Err(Error::Usage(
+                        "--azimuth is a finite number of degrees, --elevation one from -90 to 90".into(),
+                    ));
+                }
+                toward(azimuth, elevation)
+            }
+        };
+        let up = self.view.up.and_then(DVec3::try_normalize).unwrap_or(DVec3::Y);
+        // Where up is along X there is no right that is X.
+        let right = if up.cross(DVec3::X).length() > 1e-6 { DVec3::X } else { DVec3::Y };
+        let right = (right - up * right.dot(up)).normalize_or_zero();
+        Ok(right * parts.x + up * parts.y + right.cross(up) * parts.z)
+    }
+
     /// Whether the camera itself is a cube.
     pub(crate) fn is_cube(&self) -> bool {
         self.lens == LensArg::Cube
@@ -183,6 +256,23 @@ impl CameraArgs {
         let ViewArgs { target, up, fov, size, .. } = &self.view;
         let vectors = [&self.eye, target, up].into_iter().any(Option::is_some);
         let numbers = fov.is_some() || (self.height.is_some() && !displaced) || size.is_some();
-        vectors || numbers || self.lens != LensArg::Pinhole
+        vectors || numbers || self.lens != LensArg::Pinhole || self.frames_from_a_side()
     }
+}
+
+/// The elevation of the default view in degrees: atan(0.7/√2), rounded.
+const DEFAULT_ELEVATION: f64 = 26.0;
+
+/// A direction by degrees from the front toward the right, and above the horizon. The quarters are exact, so that a view from the side sees
+/// what is parallel to it edge-on.
+fn toward(azimuth: f64, elevation: f64) -> DVec3 {
+    let turn = |degrees: f64| match degrees.rem_euclid(360.0) {
+        0.0 => (0.0, 1.0),
+        90.0 => (1.0, 0.0),
+        180.0 => (0.0, -1.0),
+        270.0 => (-1.0, 0.0),
+        other => (libm::sin(other.to_radians()), libm::cos(other.to_radians())),
+    };
+    let ((x, z), (y, flat)) = (turn(azimuth), turn(elevation));
+    DVec3::new(x * flat, y, z * flat)
 }

@@ -44,7 +44,10 @@ pub(crate) fn parse_bytes(text: &str) -> Result<u64, String> {
     }
 }
 
-/// The extension in lower case.
+/// The extension in lower case; `-` of the standard output.
 pub(crate) fn extension(path: &Path) -> String {
+    if path == Path::new("-") {
+        return "-".to_owned();
+    }
     path.extension().and_then(|extension| extension.to_str()).unwrap_or("").to_ascii_lowercase()
 }

@@ -14,10 +14,13 @@ use crate::options::parse::extension;
 /// The picture where nothing at all was asked for.
 const UNNAMED: &str = "umbel.png";
 
+/// The standard output: of a picture a PNG, of an AOV an NPY.
+const STDOUT: &str = "-";
+
 /// What is made of the rays.
 #[derive(Debug, Args)]
 pub(crate) struct PictureArgs {
-    /// PNG: shaded preview. EXR: preview and every AOV asked for. NPY: linear preview. PLY: the points that are seen. Default umbel.png
+    /// PNG: shaded preview. EXR: preview and every AOV asked for. NPY: linear preview. PLY: the points that are seen. -: a PNG on stdout. Default umbel.png
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
@@ -44,7 +47,7 @@ impl PictureArgs {
             return Ok(self.aovs.is_empty().then(|| PathBuf::from(UNNAMED)));
         };
         let format = extension(output);
-        if !["png", "exr", "npy", "ply"].contains(&format.as_str()) {
+        if !["png", "exr", "npy", "ply", STDOUT].contains(&format.as_str()) {
             return Err(Error::Usage(format!("{}: -o takes .png, .exr, .npy or .ply", output.display())));
         }
         if format != "exr" && self.aovs.iter().any(|(_, file)| file.is_none()) {
@@ -114,7 +117,7 @@ fn parse_aov(text: OsString) -> Result<(Aov, Option<PathBuf>), String> {
         }
     };
     match file {
-        Some(file) if !file.to_ascii_lowercase().as_encoded_bytes().ends_with(b".npy") => {
+        Some(file) if file != STDOUT && !file.to_ascii_lowercase().as_encoded_bytes().ends_with(b".npy") => {
             Err(format!("{}: an AOV is written as .npy", file.display()))
         }
         file => Ok((aov, file.map(PathBuf::from))),

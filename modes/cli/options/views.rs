@@ -147,6 +147,9 @@ impl View {
         }
         let args = CameraArgs {
             eye: Some(DVec3::from_array(self.eye)),
+            named_view: None,
+            azimuth: None,
+            elevation: None,
             height: self.height,
             lens,
             view: ViewArgs {

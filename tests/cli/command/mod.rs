@@ -2,6 +2,7 @@
 //!
 //! stdout carries data only, stderr speaks only when there is something to say, and the exit code tells what happened.
 
+mod manners;
 mod names;
 mod nasty;
 mod outputs;
