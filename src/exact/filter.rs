@@ -35,6 +35,7 @@ pub(crate) enum Sign {
 
 impl Sign {
     /// The sign of a number that is exact, or whose sign is.
+    #[inline]
     pub(crate) fn of(x: f64) -> Self {
         if x > 0.0 {
             Self::Positive
@@ -54,7 +55,17 @@ impl Sign {
         }
     }
 
+    /// The sign of x·y.
+    pub(crate) fn times(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Zero, _) | (_, Self::Zero) => Self::Zero,
+            _ if self == other => Self::Positive,
+            _ => Self::Negative,
+        }
+    }
+
     /// The sign of −x.
+    #[inline]
     pub(crate) fn negated(self) -> Self {
         match self {
             Self::Negative => Self::Positive,
@@ -73,6 +84,7 @@ pub(crate) struct Approx {
 
 impl Approx {
     /// The sign of the true value, where the bound leaves no doubt. Never `Zero`; NaN is doubt.
+    #[inline(always)]
     pub(crate) fn sign(self) -> Option<Sign> {
         if self.value > self.error {
             Some(Sign::Positive)
@@ -85,6 +97,7 @@ impl Approx {
 
     /// The product. With true factors (a + α)(b + β), |α| ≤ ea and |β| ≤ eb, the error is |a|eb + |b|ea + ea·eb and
     /// one rounding; five roundings of the bound are paid for by the factor.
+    #[inline]
     pub(crate) fn times(self, other: Self) -> Self {
         let value = self.value * other.value;
         let error =
@@ -93,6 +106,7 @@ impl Approx {
     }
 
     /// The difference, with its one rounding.
+    #[inline]
     pub(crate) fn minus(self, other: Self) -> Self {
         let value = self.value - other.value;
         let error = self.error + other.error;
@@ -109,11 +123,13 @@ pub(crate) struct Cross {
 
 impl Cross {
     /// y×z for vectors that are exact or rounded once.
+    #[inline(always)]
     pub(crate) fn of(y: DVec3, z: DVec3) -> Self {
         Self::sized(y, y.abs(), z)
     }
 
     /// y×z for a sum y of two vectors whose magnitudes add up to `size`.
+    #[inline(always)]
     pub(crate) fn sized(y: DVec3, size: DVec3, z: DVec3) -> Self {
         let w = z.abs();
         Self {
@@ -123,11 +139,13 @@ impl Cross {
     }
 
     /// x·(y×z) for a vector x that is exact or rounded once.
+    #[inline(always)]
     pub(crate) fn dot(&self, x: DVec3) -> Approx {
         self.dot_sized(x, x.abs())
     }
 
     /// x·(y×z) for a sum x of two vectors whose magnitudes add up to `size`.
+    #[inline(always)]
     pub(crate) fn dot_sized(&self, x: DVec3, size: DVec3) -> Approx {
         let value = x.x * self.value.x + x.y * self.value.y + x.z * self.value.z;
         let m = size * self.permanent;

@@ -18,9 +18,9 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
-use crate::exact::expansion::two_product;
+use crate::exact::expansion::{two_product, two_sum};
 use crate::exact::filter::Sign;
-use crate::exact::wide::{Wide, lowest_exponent, parts};
+use crate::exact::wide::{LIMB, Scaled, Wide, lowest_exponent, parts};
 
 /// Integers of the first stage are below 2^this in size.
 const SMALL_BITS: i32 = 61;
@@ -40,6 +40,9 @@ pub(crate) trait Number: Sized {
     /// The sign of x·y − z·w.
     fn sign_of_minor(x: &Self, y: &Self, z: &Self, w: &Self) -> Sign;
 
+    /// x·y − z·w.
+    fn minor(x: &Self, y: &Self, z: &Self, w: &Self) -> Self::Triple;
+
     /// x·(y×z).
     fn triple(x: &[Self; 3], y: &[Self; 3], z: &[Self; 3]) -> Self::Triple;
 }
@@ -50,6 +53,9 @@ pub(crate) trait Triple {
 
     /// |x·y| against |z·w|.
     fn compare_products(x: &Self, y: &Self, z: &Self, w: &Self) -> Ordering;
+
+    /// x·y − z·w for triple products x, z and triple products or minors y, w, rounded: it errs by no more than 8u of itself.
+    fn difference_of_products(x: &Self, y: &Self, z: &Self, w: &Self) -> Scaled;
 }
 
 /// a − b for three coordinates.
@@ -127,6 +133,11 @@ impl Number for i64 {
     }
 
     #[inline]
+    fn minor(x: &Self, y: &Self, z: &Self, w: &Self) -> I192 {
+        I192::of(i128::from(*x) * i128::from(*y) - i128::from(*z) * i128::from(*w))
+    }
+
+    #[inline]
     fn triple(x: &[Self; 3], y: &[Self; 3], z: &[Self; 3]) -> I192 {
         let minor =
             |i: usize, j: usize| i128::from(y[i]) * i128::from(z[j]) - i128::from(y[j]) * i128::from(z[i]);
@@ -150,6 +161,11 @@ impl Number for f64 {
     }
 
     #[inline]
+    fn minor(x: &Self, y: &Self, z: &Self, w: &Self) -> Self {
+        x * y - z * w
+    }
+
+    #[inline]
     fn triple(x: &[Self; 3], y: &[Self; 3], z: &[Self; 3]) -> Self {
         let minor = |i: usize, j: usize| y[i] * z[j] - y[j] * z[i];
         x[0] * minor(1, 2) + x[1] * minor(2, 0) + x[2] * minor(0, 1)
@@ -168,6 +184,14 @@ impl Triple for f64 {
         let [one, other] = [(x, y), (z, w)].map(|(a, b)| two_product(a.abs(), b.abs()));
         one.partial_cmp(&other).unwrap_or(Ordering::Equal)
     }
+
+    /// Products have at most 104 bits: tails are whole numbers of the unit below 2⁵², and so is what they add up to.
+    #[inline]
+    fn difference_of_products(x: &Self, y: &Self, z: &Self, w: &Self) -> Scaled {
+        let [(one, one_tail), (other, other_tail)] = [two_product(*x, *y), two_product(*z, *w)];
+        let (high, low) = two_sum(one, -other);
+        Scaled { value: high + (low + (one_tail - other_tail)), exponent: 0 }
+    }
 }
 
 impl Number for Wide {
@@ -179,6 +203,10 @@ impl Number for Wide {
 
     fn sign_of_minor(x: &Self, y: &Self, z: &Self, w: &Self) -> Sign {
         x.times(y).minus(&z.times(w)).sign()
+    }
+
+    fn minor(x: &Self, y: &Self, z: &Self, w: &Self) -> Self {
+        x.times(y).minus(&z.times(w))
     }
 
     fn triple(x: &[Self; 3], y: &[Self; 3], z: &[Self; 3]) -> Self {
@@ -201,6 +229,10 @@ impl Triple for Wide {
     fn compare_products(x: &Self, y: &Self, z: &Self, w: &Self) -> Ordering {
         x.times(y).compare_sizes(&z.times(w))
     }
+
+    fn difference_of_products(x: &Self, y: &Self, z: &Self, w: &Self) -> Scaled {
+        x.times(y).minus(&z.times(w)).scaled()
+    }
 }
 
 /// An integer of 192 bits: high·2⁶⁴ + low.
@@ -211,6 +243,12 @@ pub(crate) struct I192 {
 }
 
 impl I192 {
+    /// The number m.
+    #[inline]
+    fn of(m: i128) -> Self {
+        Self { high: m >> u64::BITS, low: m as u64 }
+    }
+
     /// m·x for |m·x| < 2¹⁹¹.
     #[inline]
     fn product(m: i128, x: i64) -> Self {
@@ -252,6 +290,47 @@ impl Triple for I192 {
         let [one, other] = [(x, y), (z, w)].map(|(a, b)| product(a.limbs(), b.limbs()));
         one.iter().rev().cmp(other.iter().rev())
     }
+
+    /// Below 2³⁸³, so that f64 holds it.
+    #[inline]
+    fn difference_of_products(x: &Self, y: &Self, z: &Self, w: &Self) -> Scaled {
+        let [one, other] = [(x, y), (z, w)].map(|(a, b)| product(a.limbs(), b.limbs()));
+        let [of_one, of_other] = [(x, y), (z, w)].map(|(a, b)| (a.high < 0) != (b.high < 0));
+        let (limbs, negative) = if of_one == of_other {
+            match one.iter().rev().cmp(other.iter().rev()) {
+                Ordering::Less => (subtracted(other, one), !of_one),
+                _ => (subtracted(one, other), of_one),
+            }
+        } else {
+            (added(one, other), of_one)
+        };
+        let size = limbs.iter().rev().fold(0.0, |size, &limb| size * LIMB + limb as f64);
+        Scaled { value: if negative { -size } else { size }, exponent: 0 }
+    }
+}
+
+/// The difference of two magnitudes, of which the first is no smaller.
+#[inline]
+fn subtracted(x: [u64; 6], y: [u64; 6]) -> [u64; 6] {
+    let mut borrow = false;
+    std::array::from_fn(|k| {
+        let (partial, one) = x[k].overflowing_sub(y[k]);
+        let (limb, two) = partial.overflowing_sub(u64::from(borrow));
+        borrow = one | two;
+        limb
+    })
+}
+
+/// The sum of two magnitudes below 2³⁸³.
+#[inline]
+fn added(x: [u64; 6], y: [u64; 6]) -> [u64; 6] {
+    let mut carry = false;
+    std::array::from_fn(|k| {
+        let (partial, one) = x[k].overflowing_add(y[k]);
+        let (limb, two) = partial.overflowing_add(u64::from(carry));
+        carry = one | two;
+        limb
+    })
 }
 
 /// The product of two magnitudes below 2¹⁹².

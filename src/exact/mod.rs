@@ -4,5 +4,6 @@ pub(crate) mod distance;
 pub(crate) mod expansion;
 pub(crate) mod filter;
 pub(crate) mod integer;
+pub(crate) mod planes;
 pub(crate) mod predicates;
 mod wide;

@@ -40,8 +40,8 @@ enum Coverage {
 fn covers_filtered(ray: &Ray, triangle: &Triangle) -> Coverage {
     let [a, b, c] = [triangle.a - ray.origin, triangle.b - ray.origin, triangle.c - ray.origin];
     let (ab, bc, ca) = (triangle.b - triangle.a, triangle.c - triangle.b, triangle.a - triangle.c);
-    let signs =
-        [(a, ab), (b, bc), (c, ca)].map(|(from, edge)| Cross::of(from, edge).dot(ray.direction).sign());
+    let edge = |from, along| Cross::of(from, along).dot(ray.direction).sign();
+    let signs = [edge(a, ab), edge(b, bc), edge(c, ca)];
     let any = |sign| signs.contains(&Some(sign));
     if any(Sign::Positive) && any(Sign::Negative) {
         return Coverage::Miss;
@@ -212,14 +212,15 @@ pub(crate) fn separates(triangle: &Triangle, l: DVec3, p: DVec3, stats: &mut Sta
         return false;
     }
     let normal = Cross::of(b - a, c - a);
-    let sides = [l, p].map(|point| normal.dot(a - point).sign());
+    let sides = [normal.dot(a - l).sign(), normal.dot(a - p).sign()];
     if let [Some(of_l), Some(of_p)] = sides
         && of_l == of_p
     {
         return false;
     }
     let d = p - l;
-    let edges = triangle.edges().map(|(a, b)| Cross::of(a - l, b - a).dot(d).sign());
+    let edge = |from: DVec3, to: DVec3| Cross::of(from - l, to - from).dot(d).sign();
+    let edges = [edge(a, b), edge(b, c), edge(c, a)];
     let any = |sign| edges.contains(&Some(sign));
     let [of_l, of_p] = sides;
     if any(Sign::Positive) && any(Sign::Negative)

@@ -15,6 +15,34 @@ use crate::exact::filter::Sign;
 /// 2048 bits.
 const LIMBS: usize = 32;
 
+/// 2⁶⁴.
+pub(crate) const LIMB: f64 = 18_446_744_073_709_551_616.0;
+
+/// value·2^exponent, where no f64 need be as large or as small.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Scaled {
+    pub(crate) value: f64,
+    pub(crate) exponent: i32,
+}
+
+impl Scaled {
+    pub(crate) const ZERO: Self = Self { value: 0.0, exponent: 0 };
+
+    /// The exponent e of a size from 2^(e − 1) to 2^e, of what is not zero.
+    pub(crate) fn magnitude(&self) -> i32 {
+        parts(self.value).map_or(i32::MIN, |(_, exponent)| exponent + 53 + self.exponent)
+    }
+
+    /// The number times 2^power, where that is a normal number or zero.
+    pub(crate) fn times_power(&self, power: i32) -> f64 {
+        let Some((mantissa, exponent)) = parts(self.value) else { return 0.0 };
+        let field = exponent + self.exponent + power + 1075;
+        // In range: a mantissa of 53 bits without the first, and the exponent of a normal number.
+        let bits = u64::from(field.unsigned_abs()) << 52 | mantissa & ((1 << 52) - 1);
+        f64::from_bits(bits).copysign(self.value)
+    }
+}
+
 /// An integer below 2²⁰⁴⁸ in size: sign and magnitude.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Wide {
@@ -58,6 +86,15 @@ impl Wide {
             (_, true) => Sign::Negative,
             (_, false) => Sign::Positive,
         }
+    }
+
+    /// The number, rounded: limbs below the three that lead count less than 2⁻¹²⁸.
+    pub(crate) fn scaled(&self) -> Scaled {
+        let first = self.len.saturating_sub(3);
+        let size =
+            self.limbs[first..self.len].iter().rev().fold(0.0, |size, &limb| size * LIMB + limb as f64);
+        // In range: at most 2048 bits.
+        Scaled { value: if self.negative { -size } else { size }, exponent: 64 * first as i32 }
     }
 
     /// The number of bits of the magnitude.

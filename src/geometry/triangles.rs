@@ -165,9 +165,4 @@ impl Triangle {
     pub(crate) fn has_corner(&self, point: DVec3) -> bool {
         point == self.a || point == self.b || point == self.c
     }
-
-    /// The oriented edges a→b, b→c, c→a.
-    pub(crate) fn edges(&self) -> [(DVec3, DVec3); 3] {
-        [(self.a, self.b), (self.b, self.c), (self.c, self.a)]
-    }
 }

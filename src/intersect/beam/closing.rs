@@ -10,16 +10,16 @@
 //! (shafts that decide for all rays).
 
 use fearless_simd::{mask16x16, mask32x16, prelude::*, u16x16};
-use glam::DVec3;
 
 use crate::exact::filter::Sign;
-use crate::exact::predicates::orientation;
-use crate::geometry::triangles::Triangle;
+use crate::exact::predicates::facing;
+use crate::geometry::aabb::widen;
 use crate::intersect::beam::direction::Direction;
 use crate::intersect::beam::functions::{Coefficients, Functions, SetUp, splat};
 use crate::intersect::beam::objects::Run;
 use crate::intersect::beam::parcel::{Bits, PACKETS, Parcel};
 use crate::intersect::beam::query::Query;
+use crate::intersect::beam::sides::Sides;
 use crate::simd::lanes::{WIDTH, Wide, bits};
 use crate::stats::Stats;
 
@@ -86,6 +86,8 @@ pub(crate) struct Beam<'a> {
     /// The run that is tested, and what closed many rays.
     pub(crate) run: u32,
     pub(crate) occluders: &'a mut Vec<Occluder>,
+    /// Where receivers lie to triangles.
+    sides_of_planes: &'a mut Sides,
     pub(crate) stats: &'a mut Stats,
 }
 
@@ -96,7 +98,7 @@ impl<'a> Beam<'a> {
         simd: S,
         (query, parcel, direction): (&'a Query<'a>, &'a Parcel, &'a Direction),
         open: Bits,
-        occluders: &'a mut Vec<Occluder>,
+        (occluders, sides_of_planes): (&'a mut Vec<Occluder>, &'a mut Sides),
         stats: &'a mut Stats,
     ) -> Self {
         let mut beam = Self {
@@ -119,6 +121,7 @@ impl<'a> Beam<'a> {
             touched: [0; PACKETS],
             run: u32::MAX,
             occluders,
+            sides_of_planes,
             stats,
         };
         beam.bound_packets(simd);
@@ -337,21 +340,35 @@ impl<'a> Beam<'a> {
     #[inline(never)]
     fn decide(&mut self, run: &Run, lane: usize, packet: usize, doubtful: u16) {
         let id = run.ids[lane];
-        let triangle = self.query.triangles.triangle(id);
-        let is_closed = self.query.objects.any_closed && run.closed >> lane & 1 == 1;
-        for place in bits(u64::from(doubtful)) {
-            let index = packet * WIDTH + place % WIDTH;
-            self.stats.doubtful_samples += 1;
-            let receiver = self.parcel.ids[index] as usize;
-            let ray = self.query.occlusion.untested_ray(receiver, &self.direction.sample);
+        self.stats.doubtful_samples += u64::from(doubtful.count_ones());
+        let (query, receivers) = (self.query, &self.parcel.ids[packet * WIDTH..][..WIDTH]);
+        let find = |place: usize| {
+            let receiver = receivers[place % WIDTH] as usize;
+            let point = query.occlusion.hemispheres[receiver].receiver.point;
+            (query.triangles.triangle(id), widen(point))
+        };
+        // In range: sixteen packets.
+        let [within, positive] = self.sides_of_planes.of((id, packet as u16), doubtful, &find);
+        if query.objects.any_closed && run.closed >> lane & 1 == 1 {
+            self.touched[packet] |= within & doubtful & !self.parcel.outside[packet];
+        }
+        let left = doubtful & !within;
+        if left == 0 {
+            return;
+        }
+        let triangle = query.triangles.triangle(id);
+        // Where d·N is zero the line lies beside the plane, or in it.
+        let met = match facing(self.direction.sample.direction, &triangle) {
+            Sign::Negative => !positive,
+            Sign::Zero => 0,
+            Sign::Positive => positive,
+        };
+        for place in bits(u64::from(left & met)) {
+            let receiver = receivers[place % WIDTH] as usize;
+            let ray = query.occlusion.untested_ray(receiver, &self.direction.sample);
             if ray.is_blocked_by(id, &triangle, self.stats) {
                 self.set_open(packet, self.open[packet] & !(1 << place));
                 self.closed_by[lane] += 1;
-            } else if is_closed
-                && self.parcel.outside[packet] >> place & 1 == 0
-                && is_in_plane(&triangle, ray.ray.origin)
-            {
-                self.touched[packet] |= 1 << place;
             }
         }
     }
@@ -361,9 +378,4 @@ impl<'a> Beam<'a> {
 #[inline(always)]
 fn load<S: Simd>(simd: S, [x, y, z]: &[[f32; WIDTH]; 3]) -> [Wide<S>; 3] {
     [Wide::load_array_ref(simd, x), Wide::load_array_ref(simd, y), Wide::load_array_ref(simd, z)]
-}
-
-/// Whether a point lies in the plane of a triangle, exactly.
-fn is_in_plane(triangle: &Triangle, point: DVec3) -> bool {
-    orientation(triangle.a, triangle.b, triangle.c, point) == Sign::Zero
 }

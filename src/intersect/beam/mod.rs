@@ -41,6 +41,7 @@ pub(crate) mod occluders;
 pub(crate) mod order;
 pub(crate) mod parcel;
 pub(crate) mod query;
+pub(crate) mod sides;
 pub(crate) mod walk;
 
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -56,6 +57,7 @@ use crate::intersect::beam::objects::{Objects, Scale};
 use crate::intersect::beam::occluders::LastOccluders;
 use crate::intersect::beam::parcel::{Bits, PACKETS, Parcel, RECEIVERS};
 use crate::intersect::beam::query::Query;
+use crate::intersect::beam::sides::Sides;
 use crate::objects::morton;
 use crate::rays::hemisphere::{Occlusion, OpenRays, RaySample};
 use crate::simd::lanes::WIDTH;
@@ -75,6 +77,7 @@ const GREATEST: f32 = 1e30;
 struct Workspace {
     parcel: Box<Parcel>,
     last: LastOccluders,
+    sides: Sides,
     open: Vec<Bits>,
     stats: Stats,
     /// Rays above the horizon.
@@ -84,13 +87,14 @@ struct Workspace {
 impl Workspace {
     fn new(directions: usize) -> Self {
         let (parcel, last) = (Parcel::new(), LastOccluders::new(directions));
-        Self { parcel, last, open: Vec::new(), stats: Stats::default(), rays: 0 }
+        Self { parcel, last, sides: Sides::new(), open: Vec::new(), stats: Stats::default(), rays: 0 }
     }
 
     /// Finds the open rays of a parcel along some directions.
     fn close(&mut self, query: &Query<'_>, directions: &[Direction], ids: &[u32], level: Level) {
         (self.stats, self.rays) = (Stats::default(), 0);
         self.parcel.fill(query, ids);
+        self.sides.forget();
         dispatch!(level, simd => close_parcel(simd, query, directions, self));
     }
 }
@@ -169,8 +173,10 @@ impl<'a> Beams<'a> {
             stats = stats.plus(of_batch.reduce(Stats::default, Stats::plus));
         }
         let directions = samples.len().min(DIRECTIONS);
-        let of_thread =
-            size_of::<Parcel>() + LastOccluders::bytes_for(directions) + directions * size_of::<Bits>();
+        let of_thread = size_of::<Parcel>()
+            + Sides::BYTES
+            + LastOccluders::bytes_for(directions)
+            + directions * size_of::<Bits>();
         let threads = rayon::current_num_threads() * of_thread;
         let ordered = order.capacity() * size_of::<u32>();
         stats.engine_bytes = (objects.bytes + (ordered + threads).max(morton::bytes_for(order.len()))) as u64;
@@ -181,12 +187,12 @@ impl<'a> Beams<'a> {
 /// Finds the open rays of a parcel, direction by direction.
 #[inline(always)]
 fn close_parcel<S: Simd>(simd: S, query: &Query<'_>, directions: &[Direction], work: &mut Workspace) {
-    let Workspace { parcel, last, open, stats, rays } = work;
+    let Workspace { parcel, last, sides, open, stats, rays } = work;
     open.clear();
     for (slot, direction) in directions.iter().enumerate() {
         let above = parcel.above(simd, query, direction);
         *rays += above.iter().map(|above| u64::from(above.count_ones())).sum::<u64>();
-        open.push(close_beam(simd, (query, parcel, direction), above, (last, slot), stats));
+        open.push(close_beam(simd, (query, parcel, direction), above, (last, slot, sides), stats));
     }
 }
 
@@ -196,7 +202,7 @@ fn close_beam<S: Simd>(
     simd: S,
     (query, parcel, direction): (&Query<'_>, &mut Parcel, &Direction),
     above: Bits,
-    (last, slot): (&mut LastOccluders, usize),
+    (last, slot, sides): (&mut LastOccluders, usize, &mut Sides),
     stats: &mut Stats,
 ) -> Bits {
     if above == [0; PACKETS] {
@@ -205,7 +211,7 @@ fn close_beam<S: Simd>(
     let follows_rule = query.objects.any_closed && direction.limit == f32::INFINITY;
     let any_may = (0..PACKETS).any(|packet| above[packet] & !parcel.both_sides[packet] != 0);
     let LastOccluders { places, found } = last;
-    let mut beam = Beam::new(simd, (query, parcel, direction), above, found, stats);
+    let mut beam = Beam::new(simd, (query, parcel, direction), above, (found, sides), stats);
     beam.occluders.clear();
     let is_one_sided = !query.occlusion.back_faces;
     beam.faces = if is_one_sided || follows_rule && any_may { Faces::Front } else { Faces::Both };

@@ -3,10 +3,14 @@
 //! - the same corners, in whatever order, or one plane: the same t along every ray;
 //! - planes across the same axis: the one with the nearer coordinate is nearer everywhere;
 //! - keys are affine: where their difference exceeds its errors at the four corners of the tile, with one sign, it does so on
-//!   all of it.
+//!   all of it;
+//! - else each ray asks; after some have, an affine function tells the order: see [`crate::exact::planes`].
+
+use glam::DVec3;
 
 use crate::exact::distance::{across, same_corners};
 use crate::exact::filter::Sign;
+use crate::exact::planes::Order;
 use crate::exact::predicates::coplanar;
 use crate::geometry::triangles::Triangle;
 use crate::intersect::grid::depth::{KEY_ERROR, Record, TileDepth};
@@ -20,15 +24,59 @@ use crate::stats::Stats;
 /// Evaluating a key and taking a difference: a few roundings, as a part of the keys.
 const DIFFERENCE_ERROR: f64 = 4.0 * f64::EPSILON;
 
+/// Rays of a pair that are decided one by one: a function for all takes about as long as some of these.
+const ORDER_PAYS: u32 = 4;
+
 impl Tile<'_, TileDepth> {
-    /// Where a triangle, set up in a lane, lies to that of a record.
+    /// Where a triangle, set up in a lane, lies to that of a record, of which so many rays want to know it.
     #[inline]
-    pub(crate) fn relation(&mut self, (id, lane): (u32, usize), record: u32, stats: &mut Stats) -> Relation {
-        let other = self.work.depth.records[record as usize].id;
-        let relation = self.work.depth.relations.recall([id, other]);
-        let relation = relation.unwrap_or_else(|| self.find_relation((id, lane), record, stats));
+    pub(crate) fn relation(
+        &mut self,
+        (id, lane): (u32, usize),
+        (record, rays): (u32, u32),
+        stats: &mut Stats,
+    ) -> Relation {
+        let pair = [id, self.work.depth.records[record as usize].id];
+        let relation = match self.work.depth.relations.recall(pair) {
+            Some(Relation::Asked(asked)) => self.find_order(pair, asked + rays),
+            Some(relation) => relation,
+            None => self.find_relation((id, lane), record, stats),
+        };
         self.work.depth.relations.note(relation);
         relation
+    }
+
+    /// The order of two triangles as a function of the ray, if enough rays have asked.
+    #[inline(never)]
+    fn find_order(&mut self, pair: [u32; 2], asked: u32) -> Relation {
+        let order = if asked < ORDER_PAYS { None } else { self.order(pair) };
+        let relation = match order {
+            Some(order) if order.is_zero() => Relation::Equal,
+            Some(order) => Relation::Along(order),
+            None => Relation::Asked(asked),
+        };
+        self.work.depth.relations.remember(pair, relation);
+        relation
+    }
+
+    fn order(&self, pair: [u32; 2]) -> Option<Order> {
+        let [one, other] = pair.map(|id| self.query.context.triangles.triangle(id));
+        match self.query.view.origin {
+            Origin::Point(o) => Order::from_point(o, &one, &other),
+            Origin::Infinity(d) => Order::along(d, self.first_ray(), &one, &other),
+        }
+    }
+
+    /// The direction or start point of the tile's first ray.
+    fn first_ray(&self) -> DVec3 {
+        self.query.view.film.at(self.rect.x0, self.rect.y0)
+    }
+
+    /// The sign of an order at a ray of the tile, or at the last one where there is none.
+    #[inline]
+    pub(crate) fn order_at(&self, order: &Order, [x, y]: [u32; 2]) -> Option<Sign> {
+        let [x, y] = [(self.rect.x0 + x).min(self.rect.x1 - 1), (self.rect.y0 + y).min(self.rect.y1 - 1)];
+        order.at(self.query.view.film.at(x, y))
     }
 
     /// The same, not known yet.
@@ -87,5 +135,5 @@ fn compare_planes(origin: Origin, [one, other]: &[Triangle; 2]) -> Relation {
             _ => Relation::Farther,
         };
     }
-    if coplanar(one, other) { Relation::Equal } else { Relation::Varies }
+    if coplanar(one, other) { Relation::Equal } else { Relation::Asked(0) }
 }

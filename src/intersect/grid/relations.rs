@@ -5,11 +5,14 @@
 //! the tile:
 //! - triangles with the same corners, in whatever order, have the same hits; so a copy with a larger id is dropped unseen, once
 //!   the first copy was met ([`Twins`]);
-//! - triangles in one plane have the same t along every ray, and more such rules in [`crate::intersect::grid::compare`].
+//! - triangles in one plane have the same t along every ray, and more such rules in [`crate::intersect::grid::compare`];
+//! - where the order depends on the ray it is that of an affine function, which is made once some rays have asked: see
+//!   [`crate::exact::planes`].
 //!
 //! The memory is bounded: a place for each of some pairs, where a later pair drops an earlier one. It changes time only.
 
 use crate::exact::distance::same_corners;
+use crate::exact::planes::Order;
 use crate::geometry::triangles::{Triangle, Triangles};
 use crate::rays::hits::NO_TRIANGLE;
 
@@ -18,13 +21,15 @@ const PAIRS: usize = 128;
 const TWINS: usize = 512;
 
 /// Where a triangle lies to another one along all rays of a tile that hit both.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Relation {
     Nearer,
     Equal,
     Farther,
-    /// It depends on the ray, or is not known.
-    Varies,
+    /// It depends on the ray, as a function says.
+    Along(Order),
+    /// It depends on the ray, and so many have asked.
+    Asked(u32),
 }
 
 /// The relations that were asked for last.
@@ -41,7 +46,7 @@ pub(crate) struct Relations {
 
 impl Relations {
     pub(crate) const NONE: Self = Self {
-        pairs: [([NO_TRIANGLE; 2], Relation::Varies); PAIRS],
+        pairs: [([NO_TRIANGLE; 2], Relation::Asked(0)); PAIRS],
         found: false,
         equal: false,
         used: false,
@@ -80,8 +85,8 @@ impl Relations {
     /// Notes a relation of the triangle at hand.
     #[inline]
     pub(crate) fn note(&mut self, relation: Relation) {
-        self.found |= relation != Relation::Varies;
-        self.equal |= relation == Relation::Equal;
+        self.found |= !matches!(relation, Relation::Asked(_));
+        self.equal |= matches!(relation, Relation::Equal | Relation::Along(_));
     }
 
     /// Remembers the relation of two triangles.

@@ -21,6 +21,7 @@ use std::ops::Range;
 
 use fearless_simd::prelude::*;
 
+use crate::exact::filter::Sign;
 use crate::exact::predicates::covers;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangles;
@@ -307,32 +308,44 @@ impl Tile<'_, TileDepth> {
         while ordered != 0 {
             let (same, number) = self.work.depth.with_first((x, j), ordered);
             ordered &= !same;
-            if let Some(nearer) = self.precedes_record(primitive, number, stats) {
-                stats.doubtful_samples += u64::from(same.count_ones());
-                lanes &= !same;
-                if nearer {
-                    self.work.depth.put_some((x, j), same, [&lo, &hi], primitive.record);
-                }
-                hit |= nearer;
+            let [decided, nearer] = self.precedes_record(primitive, number, ((x, j), same), stats);
+            stats.doubtful_samples += u64::from(decided.count_ones());
+            lanes &= !decided;
+            if nearer != 0 {
+                self.work.depth.put_some((x, j), nearer, [&lo, &hi], primitive.record);
+                hit = true;
             }
         }
         bits(lanes)
             .fold(hit, |hit, lane| self.decide(primitive, candidate(lane), (x + lane as u32, j), stats) | hit)
     }
 
-    /// Whether a triangle comes before that of a record along all rays of the tile that hit both, if they have one order.
+    /// Of some of eight rays from column `x` of row `j` that have hit the triangle of a record: those where it is known which of the two
+    /// comes first, and of these those where it is the triangle at hand.
     fn precedes_record(
         &mut self,
         Primitive { id, lane, .. }: Primitive,
         number: u32,
+        ((x, j), rays): ((u32, u32), u64),
         stats: &mut Stats,
-    ) -> Option<bool> {
-        let other = self.work.depth.records.get(number as usize)?.id;
-        match self.relation((id, lane), number, stats) {
-            Relation::Nearer => Some(true),
-            Relation::Equal => Some(id < other),
-            Relation::Farther => Some(false),
-            Relation::Varies => None,
+    ) -> [u64; 2] {
+        let Some(&Record { id: other, .. }) = self.work.depth.records.get(number as usize) else {
+            return [0; 2];
+        };
+        match self.relation((id, lane), (number, rays.count_ones()), stats) {
+            Relation::Nearer => [rays; 2],
+            Relation::Equal => [rays, if id < other { rays } else { 0 }],
+            Relation::Farther => [rays, 0],
+            Relation::Along(order) => {
+                // In range: eight columns.
+                let sign = |lane: usize| self.order_at(&order, [x + lane as u32, j]);
+                bits(rays).fold([0; 2], |[decided, nearer], lane| match sign(lane) {
+                    Some(Sign::Positive) => [decided | 1 << lane, nearer | 1 << lane],
+                    Some(_) => [decided | 1 << lane, nearer],
+                    None => [decided, nearer],
+                })
+            }
+            Relation::Asked(_) => [0; 2],
         }
     }
 
@@ -345,9 +358,33 @@ impl Tile<'_, TileDepth> {
         stats: &mut Stats,
     ) -> Option<bool> {
         let (records, count) = self.work.depth.block_records(*x, rows.clone())?;
-        let first = self.precedes_record(primitive, records[0], stats)?;
-        let same = |&number: &u32| self.precedes_record(primitive, number, stats) == Some(first);
+        let corners = [[*x, rows.start], [*x + BLOCK_SIDE - 1, rows.end - 1]];
+        let first = self.precedes_on(primitive, records[0], corners, stats)?;
+        let same = |&number: &u32| self.precedes_on(primitive, number, corners, stats) == Some(first);
         records[1..count].iter().all(same).then_some(first)
+    }
+
+    /// Whether a triangle comes before that of a record along all rays from one corner of a rectangle to the other, or after it, if that
+    /// is known. What is affine has the sign of its corners.
+    fn precedes_on(
+        &mut self,
+        Primitive { id, lane, .. }: Primitive,
+        number: u32,
+        [[x0, y0], [x1, y1]]: [[u32; 2]; 2],
+        stats: &mut Stats,
+    ) -> Option<bool> {
+        let other = self.work.depth.records.get(number as usize)?.id;
+        match self.relation((id, lane), (number, 0), stats) {
+            Relation::Nearer => Some(true),
+            Relation::Equal => Some(id < other),
+            Relation::Farther => Some(false),
+            Relation::Along(order) => {
+                let sign = self.order_at(&order, [x0, y0])?;
+                let same = |at| self.order_at(&order, at) == Some(sign);
+                [[x1, y0], [x0, y1], [x1, y1]].into_iter().all(same).then_some(sign == Sign::Positive)
+            }
+            Relation::Asked(_) => None,
+        }
     }
 
     /// Decides one ray exactly: coverage, then the order. Tells whether it hit the triangle.
