@@ -21,6 +21,7 @@
 //! Based on: Alexander Keller and Wolfgang Heidrich, "Interleaved Sampling", 2001.
 
 pub mod atlas;
+pub(crate) mod corner_rays;
 pub mod depth_maps;
 pub(crate) mod map_places;
 pub mod occluder_scenes;
@@ -39,12 +40,16 @@ pub use occluder_scenes::Occluders;
 pub use occluders::{BakeOccluders, rays_around};
 pub use options::{BakeOptions, Polarity};
 pub use receivers::BakeReceivers;
+pub use receivers::fans::Fans;
 pub use receivers::points::read_points;
 pub use receivers::vertices::VertexReceivers;
 pub use sample_sets::{Falloff, Reach, SampleSet, Weighting};
 
+use std::collections::HashMap;
+
 use umbel_core::{Frame, Hemisphere, Occlusion, OpenRays, Options, RaySample, RaySamples, Stats};
 
+use crate::bake::corner_rays::{CornerRay, CornerRays};
 use crate::bake::map_places::Places;
 use crate::bake::openness::{Sums, dot, weigh_own, weigh_shared};
 use crate::bake::sample_sets::{INTERLEAVED, OwnSets, set_of, sphere_sets};
@@ -246,13 +251,21 @@ impl Found {
     }
 }
 
+/// What the engine says.
+struct Asked {
+    open: OpenRays,
+    /// Where rays start that do not start at their receiver's own triangle; empty unless the rays are wanted.
+    starts: HashMap<(usize, usize), Hemisphere>,
+    stats: Stats,
+}
+
 impl Query<'_> {
     /// Receivers that share their directions.
     fn shared(&mut self, receivers: &BakeReceivers, samples: &[RaySample]) -> Result<Found, Error> {
         let BakeOptions { weighting, bent, .. } = self.bake.options;
-        let (open, stats) = self.ask(receivers, RaySamples::Shared(samples))?;
+        let Asked { open, starts, stats } = self.ask(receivers, RaySamples::Shared(samples))?;
         let sums = weigh_shared(&open, &receivers.normals, samples, weighting, bent);
-        Ok(Found { sums, traced: self.traced(receivers, &open, |_, ray| samples[ray]), stats })
+        Ok(Found { sums, traced: self.traced(receivers, (&open, &starts), |_, ray| samples[ray]), stats })
     }
 
     /// Receivers with directions of their own.
@@ -261,13 +274,28 @@ impl Query<'_> {
         let named = receivers.indices.iter().copied().zip(receivers.normals.iter().copied());
         let sets = OwnSets::new((rays, weighting, reach, seed), named);
         let of = |receiver, ray| sets.sample(receiver, ray);
-        let (open, stats) = self.ask(receivers, RaySamples::Own { count: sets.count(), of: &of })?;
+        let Asked { open, starts, stats } =
+            self.ask(receivers, RaySamples::Own { count: sets.count(), of: &of })?;
         let sums = weigh_own(&open, &receivers.normals, &sets, bent);
-        Ok(Found { sums, traced: self.traced(receivers, &open, of), stats })
+        Ok(Found { sums, traced: self.traced(receivers, (&open, &starts), of), stats })
     }
 
-    /// Asks the engine.
-    fn ask(
+    /// Asks the engine, for what leaves a vertex by other faces than its owner's as well.
+    fn ask(&mut self, receivers: &BakeReceivers, samples: RaySamples<'_>) -> Result<Asked, Error> {
+        let BakeOptions { back_faces, traced, .. } = self.bake.options;
+        let (mut open, stats) = self.ask_owners(receivers, samples)?;
+        let corner_rays = CornerRays { occluders: self.occluders, receivers, samples, back_faces };
+        let mut starts = HashMap::new();
+        let further = corner_rays.put(&mut open, (self.frame, self.options), |ray: &CornerRay| {
+            if traced {
+                starts.insert((ray.place, ray.ray), ray.hemisphere);
+            }
+        })?;
+        Ok(Asked { open, starts, stats: stats.then(further) })
+    }
+
+    /// Asks the engine for the rays from the receivers' own triangles.
+    fn ask_owners(
         &mut self,
         receivers: &BakeReceivers,
         samples: RaySamples<'_>,
@@ -288,7 +316,7 @@ impl Query<'_> {
     fn traced(
         &self,
         receivers: &BakeReceivers,
-        open: &OpenRays,
+        (open, starts): (&OpenRays, &HashMap<(usize, usize), Hemisphere>),
         sample: impl Fn(usize, usize) -> RaySample,
     ) -> Vec<(usize, TracedRay)> {
         if !self.bake.options.traced {
@@ -296,7 +324,8 @@ impl Query<'_> {
         }
         let ray = |(place, ray): (usize, usize)| {
             let RaySample { direction, t_max } = sample(place, ray);
-            let (hemisphere, d) = (&receivers.hemispheres[place], direction.to_array().map(|x| x as f32));
+            let hemisphere = starts.get(&(place, ray)).unwrap_or(&receivers.hemispheres[place]);
+            let d = direction.to_array().map(|x| x as f32);
             let is_above = dot(receivers.normals[place], d) > 0.0
                 && hemisphere.is_above(self.occluders.triangles, direction);
             let [x, y, z] = hemisphere.receiver.point;

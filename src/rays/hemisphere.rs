@@ -297,6 +297,16 @@ impl OpenRays {
         self.words.iter_mut().zip(&others.words).for_each(|(word, other)| *word &= other);
     }
 
+    /// Says whether a ray of a receiver is open, where that was decided elsewhere.
+    ///
+    /// # Panics
+    /// When there is no such receiver or ray.
+    pub fn set(&mut self, receiver: usize, ray: usize, is_open: bool) {
+        assert!(ray < self.rays, "ray {ray} of {}", self.rays);
+        let word = &mut self.words[receiver * Self::words_for(self.rays) + ray / 32];
+        *word = *word & !(1 << (ray % 32)) | u32::from(is_open) << (ray % 32);
+    }
+
     /// Whether a ray of a receiver is open.
     ///
     /// # Panics

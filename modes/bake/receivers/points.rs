@@ -14,7 +14,7 @@ use glam::DVec3;
 use umbel_core::{Above, Hemisphere, NO_TRIANGLE, Receiver, TriangleId, Triangles};
 
 use crate::bake::receivers::BakeReceivers;
-use crate::bake::receivers::vertices::unit;
+use crate::bake::receivers::angles::unit;
 use crate::error::Error;
 use crate::files::npy::read::{read_npy, read_npy_ids};
 

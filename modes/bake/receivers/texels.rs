@@ -27,6 +27,11 @@ impl Atlas<'_> {
             (Hemisphere { receiver, above: Above::Side(side) }, normal.to_array().map(|x| x as f32))
         };
         let (hemispheres, normals) = band.par_iter().map(leave).unzip();
-        BakeReceivers { hemispheres, normals, indices: band.iter().map(|texel| texel.texel).collect() }
+        BakeReceivers {
+            hemispheres,
+            normals,
+            indices: band.iter().map(|texel| texel.texel).collect(),
+            ..BakeReceivers::default()
+        }
     }
 }

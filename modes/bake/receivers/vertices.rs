@@ -1,11 +1,11 @@
 //! The vertices of a scene as receivers.
 //!
-//! A vertex is baked on one of its triangles, its *owner*: the one with the largest angle there, of equal ones that with
-//! the smallest id, never one without area. Rays start at the owner's corner, as [`Triangles::leave`] has it.
+//! A vertex is baked on its triangles, as [`crate::bake::receivers::fans`] has it. One of them is its *owner*: of the plane that has the
+//! largest angle there, the triangle with the largest angle; of equal ones the first in the file, never one without area. Rays start at
+//! the owner's corner, as [`Triangles::leave`] has it, those that point below its plane at the corner of another one.
 //!
-//! The shading normal is the file's at that corner. Without one it is the mean of the normals of the vertex's faces, each
-//! weighted with its angle; of those only that lie within 30° of the owner's, the usual limit of smooth shading: rays leave
-//! into the half space above the owner, so that a normal that leans over an edge of a cube would find half of it dark.
+//! The shading normal is the file's at that corner. Without one it is the mean of the normals of all faces of the vertex, each
+//! weighted with its angle. A file that wants a hard edge has two vertices there.
 //! Rays leave to the side of the owner that the normal points to.
 //!
 //! Based on: Grit Thürmer and Charles Wüthrich, "Computing Vertex Normals from Polygonal Facets", 1998.
@@ -17,44 +17,45 @@ use rayon::prelude::*;
 use umbel_core::{Above, Hemisphere, NO_TRIANGLE, Receiver, Side, TriangleId, Triangles};
 
 use crate::bake::receivers::BakeReceivers;
+use crate::bake::receivers::angles::unit;
+use crate::bake::receivers::fans::{Around, Fans};
 use crate::error::Error;
 use crate::scene::Scene;
-
-/// The cosine of the greatest angle between faces that are shaded smoothly, 30°.
-const COS_SMOOTH: f64 = 0.866_025_403_784_438_6;
-/// Triangles whose angles are computed together.
-const BLOCK: usize = 1 << 16;
 
 /// The vertices of a scene, ready to become receivers.
 #[derive(Debug, Clone)]
 pub struct VertexReceivers<'a> {
     scene: &'a Scene,
     triangles: Triangles<'a>,
-    /// The owner of each vertex, or [`NO_TRIANGLE`].
-    owners: Vec<u32>,
-    /// The shading normal of each.
-    normals: Vec<[f32; 3]>,
+    /// The triangles that use each vertex, ascending: those of vertex k end at `ends[k]`.
+    ends: Vec<u32>,
+    faces: Vec<u32>,
 }
 
 impl Scene {
-    /// Finds an owner and a normal for each vertex. O(n).
+    /// Finds the triangles around each vertex. O(n), 16 bytes for each triangle and vertex.
     ///
     /// # Errors
     /// When the scene is refused.
     pub fn vertex_receivers(&self) -> Result<VertexReceivers<'_>, Error> {
         let triangles = self.geometry()?;
-        let owners = owners(self, &triangles);
-        let flat = |&owner: &u32| {
-            if owner == NO_TRIANGLE { DVec3::ZERO } else { triangles.normal(TriangleId(owner)) }
-        };
-        let flat: Vec<DVec3> = owners.par_iter().map(flat).collect();
-        let smooth = smooth_normals(self, &triangles, &flat);
-        let normal = |(vertex, (&owner, smooth)): (usize, (&u32, DVec3))| {
-            let normal = file_normal(self, owner, vertex as u32).unwrap_or(smooth);
-            normal.to_array().map(|x| x as f32)
-        };
-        let normals = owners.par_iter().zip(smooth).enumerate().map(normal).collect();
-        Ok(VertexReceivers { scene: self, triangles, owners, normals })
+        let mut ends = vec![0_u32; self.positions.len()];
+        // In range: ids are 32 bits wide, so corners are too, up to a third of all ids.
+        self.triangles.iter().flatten().for_each(|&vertex| ends[vertex as usize] += 1);
+        let mut before = 0;
+        for end in &mut ends {
+            (before, *end) = (before + *end, before);
+        }
+        // Each end is the place of its next face until all of them have one.
+        let mut faces = vec![0; before as usize];
+        for (id, corners) in (0_u32..).zip(&self.triangles) {
+            for &vertex in corners {
+                let end = &mut ends[vertex as usize];
+                faces[*end as usize] = id;
+                *end += 1;
+            }
+        }
+        Ok(VertexReceivers { scene: self, triangles, ends, faces })
     }
 }
 
@@ -63,77 +64,43 @@ impl VertexReceivers<'_> {
     /// uses are none.
     #[must_use]
     pub fn range(&self, vertices: Range<usize>) -> BakeReceivers {
-        let used: Vec<usize> = vertices.filter(|&vertex| self.owners[vertex] != NO_TRIANGLE).collect();
-        BakeReceivers {
-            hemispheres: used.par_iter().map(|&vertex| self.hemisphere(vertex)).collect(),
-            normals: used.iter().map(|&vertex| self.normals[vertex]).collect(),
+        let around = |vertex: usize| (vertex, self.around(vertex));
+        let found: Vec<(usize, Around)> = vertices.into_par_iter().map(around).collect();
+        let used = || found.iter().filter(|(_, around)| around.owner != NO_TRIANGLE);
+        let mut receivers = BakeReceivers::default();
+        for (vertex, around) in used() {
             // Indices of triangles are u32, and these vertices have one.
-            indices: used.iter().map(|&vertex| vertex as u32).collect(),
+            let index = *vertex as u32;
+            let normal = file_normal(self.scene, around.owner, index).unwrap_or(around.normal);
+            let normal = normal.to_array().map(|x| x as f32);
+            receivers.push(self.hemisphere(index, around.owner, normal), normal, index);
         }
+        receivers.fans =
+            Fans::of(found.into_iter().filter(|(_, a)| a.owner != NO_TRIANGLE).map(|(_, a)| a.fan));
+        receivers
+    }
+
+    fn around(&self, vertex: usize) -> Around {
+        let first = vertex.checked_sub(1).map_or(0, |before| self.ends[before] as usize);
+        // Indices of vertices are 32 bits wide.
+        Around::vertex(
+            self.scene,
+            &self.triangles,
+            vertex as u32,
+            &self.faces[first..self.ends[vertex] as usize],
+        )
     }
 
     /// Where rays leave a vertex that has an owner.
-    fn hemisphere(&self, vertex: usize) -> Hemisphere {
-        let triangle = TriangleId(self.owners[vertex]);
-        let corners = self.scene.triangles[triangle.0 as usize];
-        let weights = corners.map(|corner| if corner as usize == vertex { 1.0 } else { 0.0 });
-        let normal = DVec3::from_array(self.normals[vertex].map(f64::from));
+    fn hemisphere(&self, vertex: u32, owner: u32, normal: [f32; 3]) -> Hemisphere {
+        let triangle = TriangleId(owner);
+        let weights =
+            self.scene.triangles[owner as usize].map(|corner| if corner == vertex { 1.0 } else { 0.0 });
+        let normal = DVec3::from_array(normal.map(f64::from));
         let side = self.triangles.side_toward(triangle, normal).unwrap_or(Side::Front);
         let point = self.triangles.leave(triangle, weights, side);
         Hemisphere { receiver: Receiver { point, triangle }, above: Above::Side(side) }
     }
-}
-
-/// The angles of a triangle; `None` for one without area.
-fn angles(triangles: &Triangles<'_>, id: TriangleId) -> Option<[f64; 3]> {
-    if triangles.is_degenerate(id) {
-        return None;
-    }
-    let corners = triangles.corners(id).map(|p| DVec3::from_array(p.map(f64::from)));
-    Some([0, 1, 2].map(|k| {
-        let (u, v) = (corners[(k + 1) % 3] - corners[k], corners[(k + 2) % 3] - corners[k]);
-        let cross = u.cross(v);
-        libm::atan2(dot(cross, cross).sqrt(), dot(u, v))
-    }))
-}
-
-/// Hands each corner of a triangle with an area to `take`, in the order of ids: the triangle, the vertex and the angle.
-fn for_each_corner(scene: &Scene, triangles: &Triangles<'_>, mut take: impl FnMut(TriangleId, usize, f64)) {
-    for first in (0..scene.triangles.len()).step_by(BLOCK) {
-        let block = first..scene.triangles.len().min(first + BLOCK);
-        // Ids are u32: the scene has been checked.
-        let ids = block.into_par_iter().map(|id| TriangleId(id as u32));
-        let found: Vec<_> = ids.map(|id| (id, angles(triangles, id))).collect();
-        for (id, angles) in found {
-            let corners = scene.triangles[id.0 as usize].into_iter().zip(angles.into_iter().flatten());
-            corners.for_each(|(vertex, angle)| take(id, vertex as usize, angle));
-        }
-    }
-}
-
-/// The triangle with the largest angle at each vertex.
-fn owners(scene: &Scene, triangles: &Triangles<'_>) -> Vec<u32> {
-    let mut owners = vec![NO_TRIANGLE; scene.positions.len()];
-    let mut largest = vec![0.0; owners.len()];
-    for_each_corner(scene, triangles, |id, vertex, angle| {
-        if owners[vertex] == NO_TRIANGLE || angle > largest[vertex] {
-            (owners[vertex], largest[vertex]) = (id.0, angle);
-        }
-    });
-    owners
-}
-
-/// The mean normal of the faces around each vertex that lie near `flat`, the normal of its owner.
-fn smooth_normals(scene: &Scene, triangles: &Triangles<'_>, flat: &[DVec3]) -> Vec<DVec3> {
-    let mut sums = vec![DVec3::ZERO; flat.len()];
-    for_each_corner(scene, triangles, |id, vertex, angle| {
-        let normal = triangles.normal(id);
-        if dot(normal, flat[vertex]) >= COS_SMOOTH {
-            sums[vertex] += normal * angle;
-        }
-    });
-    // The sum holds the owner's own.
-    sums.into_iter().map(|sum| unit(sum).unwrap_or(DVec3::ZERO)).collect()
 }
 
 /// The file's normal at a corner, of unit length, where it has one.
@@ -141,19 +108,4 @@ fn file_normal(scene: &Scene, triangle: u32, vertex: u32) -> Option<DVec3> {
     let corner = scene.triangles.get(triangle as usize)?.iter().position(|&corner| corner == vertex)?;
     let index = scene.normal_indices.get(triangle as usize)?[corner];
     unit(DVec3::from_array(scene.normals.get(index as usize)?.map(f64::from)))
-}
-
-/// v over its length; `None` for zero and for what is not finite.
-pub(crate) fn unit(v: DVec3) -> Option<DVec3> {
-    let size = v.abs().max_element();
-    if !(v.is_finite() && size > 0.0) {
-        return None;
-    }
-    let v = v / size;
-    Some(v / dot(v, v).sqrt())
-}
-
-/// One fixed sequence.
-fn dot(u: DVec3, v: DVec3) -> f64 {
-    u.x * v.x + u.y * v.y + u.z * v.z
 }

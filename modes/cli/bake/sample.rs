@@ -29,7 +29,7 @@ impl Sample {
                 population += 1;
                 let key = sample_key(seed, u64::from(of_item[0]));
                 if key <= bound {
-                    kept.push((key, part(&receivers, places)));
+                    kept.push((key, receivers.slice(places)));
                 }
             }
             kept.sort_by_key(|(key, item): &(u64, BakeReceivers)| (*key, item.indices[0]));
@@ -44,21 +44,8 @@ impl Sample {
     /// Their receivers, in one list.
     pub(crate) fn receivers(&self) -> BakeReceivers {
         let mut all = BakeReceivers::default();
-        for item in &self.items {
-            for (k, &index) in item.indices.iter().enumerate() {
-                all.push(item.hemispheres[k], item.normals[k], index);
-            }
-        }
+        self.items.iter().for_each(|item| all.append(item));
         all
-    }
-}
-
-/// A part of a list.
-fn part(receivers: &BakeReceivers, places: std::ops::Range<usize>) -> BakeReceivers {
-    BakeReceivers {
-        hemispheres: receivers.hemispheres[places.clone()].to_vec(),
-        normals: receivers.normals[places.clone()].to_vec(),
-        indices: receivers.indices[places].to_vec(),
     }
 }
 

@@ -1,8 +1,8 @@
 //! What `umbel bake` bakes, in units that can be cut into pieces: vertices, points, or rows of texels.
 
 use umbel::bake::{
-    Atlas, AtlasOptions, Bake, BakeReceivers, Baked, TexelImage, TexelReceiver, TracedRay, VertexReceivers,
-    read_points,
+    Atlas, AtlasOptions, Bake, BakeReceivers, Baked, Fans, TexelImage, TexelReceiver, TracedRay,
+    VertexReceivers, read_points,
 };
 use umbel::engine::Aabb;
 use umbel::{Error, Scene, Stats, Triangles};
@@ -55,7 +55,7 @@ impl Extent {
         match args.target() {
             Target::Vertices => {
                 let vertices = scene.positions.len() as u64;
-                of(vertices, vertices, 1, vertices * VERTEX_BYTES)
+                of(vertices, vertices, 1, vertices * VERTEX_BYTES + Fans::bytes(vertices))
             }
             // A file that cannot be looked at is refused when it is read.
             Target::Points(path) => {
@@ -77,7 +77,7 @@ impl Extent {
             values: vertices,
             units: vertices,
             per_unit: 1,
-            bytes: vertices * (VERTEX_BYTES + VALUE_BYTES),
+            bytes: vertices * (VERTEX_BYTES + VALUE_BYTES) + Fans::bytes(vertices),
         }
     }
 
@@ -135,14 +135,7 @@ impl<'a> Source<'a> {
     pub(crate) fn piece(&self, first: usize, end: usize) -> (BakeReceivers, Vec<TexelReceiver>) {
         match self {
             Self::Vertices(vertices, _) => (vertices.range(first..end), Vec::new()),
-            Self::Points(points) => {
-                let receivers = BakeReceivers {
-                    hemispheres: points.hemispheres[first..end].to_vec(),
-                    normals: points.normals[first..end].to_vec(),
-                    indices: points.indices[first..end].to_vec(),
-                };
-                (receivers, Vec::new())
-            }
+            Self::Points(points) => (points.slice(first..end), Vec::new()),
             Self::Texels(atlas, geometry) => {
                 // Rows are u32: there are as many as the atlas has.
                 let band = atlas.band(first as u32..end as u32);

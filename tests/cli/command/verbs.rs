@@ -74,7 +74,11 @@ fn help_and_version() {
     let place = place!();
     let version = place.run("--version");
     assert_eq!(version.code, Some(0));
-    assert!(version.stdout.starts_with(&format!("umbel {}\n", env!("CARGO_PKG_VERSION"))), "{}", version.stdout);
+    assert!(
+        version.stdout.starts_with(&format!("umbel {}\n", env!("CARGO_PKG_VERSION"))),
+        "{}",
+        version.stdout
+    );
     let help = place.run("--help");
     assert_eq!((help.code, help.stderr.as_str()), (Some(0), ""));
     for word in [
