@@ -226,6 +226,15 @@ fn useless_texture(scene: &OsStr, area: f64, own: f64) -> Error {
     }
 }
 
+/// What a set is called.
+pub(crate) fn set_name(set: SampleSet) -> &'static str {
+    match set {
+        SampleSet::Shared => "shared",
+        SampleSet::Interleaved => "interleaved",
+        SampleSet::Independent => "independent",
+    }
+}
+
 /// What the report has beyond that of other verbs.
 fn report_fields(
     options: &BakeOptions,
@@ -238,11 +247,7 @@ fn report_fields(
         "values": plan.values,
         "receivers": found.receivers,
         "rays_per_receiver": options.rays,
-        "set": match options.set {
-            SampleSet::Shared => "shared",
-            SampleSet::Interleaved => "interleaved",
-            SampleSet::Independent => "independent",
-        },
+        "set": set_name(options.set),
         "weighting": if options.weighting == Weighting::Cosine { "cosine" } else { "uniform" },
         "max_distance": options.reach.max_distance,
         "falloff": if options.reach.falloff == Falloff::Linear { "linear" } else { "none" },

@@ -24,7 +24,7 @@ use umbel::{Error, Origin, Scene};
 
 use crate::args::{Cli, Command};
 use crate::bake::source::Source;
-use crate::bake::{make_plan, occluders};
+use crate::bake::{make_plan, occluders, set_name};
 use crate::common::Common;
 use crate::forecast::{HIT_BYTES, RECEIVER_BYTES, Rays, SURFACE_HIT_BYTES};
 use crate::memory::Room;
@@ -84,7 +84,7 @@ pub(crate) fn trade(args: &TradeArgs, common: &Common) -> Result<(), Error> {
             let subject = ShadowSubject::new(&scene, verb)?;
             let has_cubes = !subject.lights.iter().any(|light| matches!(light, Origin::Infinity(_)));
             let canvas = Canvas::of_camera(&subject.camera, true);
-            measure(args, common, &scene, &Subject::Shadow(subject), (&canvas, has_cubes))
+            measure(args, common, &scene, &Subject::Shadow(subject), (&canvas, (has_cubes, "")))
         }
         Command::Bake(verb) => {
             if verb.occluders.has_surfaces() {
@@ -96,7 +96,13 @@ pub(crate) fn trade(args: &TradeArgs, common: &Common) -> Result<(), Error> {
             let (source, triangles) = (Source::new(verb, &scene)?, occluders.geometry()?);
             let canvas = Canvas::of_source(&source, &scene)?;
             let subject = BakeSubject { scene: &scene, source, triangles, piece };
-            measure(args, common, &scene, &Subject::Bake(subject), (&canvas, verb.takes_maps()))
+            measure(
+                args,
+                common,
+                &scene,
+                &Subject::Bake(subject),
+                (&canvas, (verb.takes_maps(), set_name(verb.options(&scene).set))),
+            )
         }
         Command::Render(verb) => {
             let camera = verb.camera.camera(&scene)?;
@@ -105,7 +111,7 @@ pub(crate) fn trade(args: &TradeArgs, common: &Common) -> Result<(), Error> {
             let bytes = rays.bytes() + rays.pixels * (ITEM_BYTES + PASS_BYTES + pools[0]) + pools[1];
             Room::beside(&scene).limit(bytes, "--size", common)?;
             let canvas = Canvas::of_camera(&camera, false);
-            measure(args, common, &scene, &Subject::Render(&scene), (&canvas, false))
+            measure(args, common, &scene, &Subject::Render(&scene), (&canvas, (false, "")))
         }
         _ => Err(Error::Usage("trade measures render, shadow, bake or reyes".into())),
     }
@@ -121,7 +127,7 @@ fn trade_reyes(args: &TradeArgs, common: &Common, verb: &ReyesArgs) -> Result<()
     let bytes = rays.pixels * (ITEM_BYTES + PASS_BYTES + hits);
     Room::beside(&named).limit(bytes, "--size", common)?;
     let canvas = Canvas::of_camera(&camera, false);
-    measure(args, common, &named, &Subject::Reyes(&surfaces), (&canvas, false))
+    measure(args, common, &named, &Subject::Reyes(&surfaces), (&canvas, (false, "")))
 }
 
 /// The output that every setting has, so that its command line can be run.
@@ -189,7 +195,7 @@ fn measure(
     common: &Common,
     scene: &Scene,
     subject: &Subject<'_>,
-    (canvas, has_maps): (&Canvas, bool),
+    (canvas, varied): (&Canvas, (bool, &str)),
 ) -> Result<(), Error> {
     let own = output_words(args);
     let more = |option: &str| [own.clone(), vec![option.to_owned(), args.reference().to_string()]].concat();
@@ -211,7 +217,7 @@ fn measure(
         !options.into_iter().any(fixed)
     };
     let varied: Vec<Setting> =
-        settings(args.mode, has_maps, output_of(args)).into_iter().filter(is_free).collect();
+        settings(args.mode, varied, output_of(args)).into_iter().filter(is_free).collect();
     let Some(default) = varied.iter().position(|setting| setting.is_default) else {
         let what = "--samples of render and reyes, --shading-rate of reyes and --rays of bake are varied by trade itself: leave them out behind --";
         return Err(Error::Usage(what.into()));
