@@ -10,6 +10,7 @@ use crate::bake::vertices_forecast;
 use crate::common::{Common, PathArg};
 use crate::forecast::{HIT_BYTES, Rays};
 use crate::memory::Room;
+use crate::refusal::printable;
 use crate::report::Times;
 use crate::run::{load_scene, print};
 
@@ -50,7 +51,7 @@ pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> 
         value["bounds"] = if found.bounds.is_empty() { json!(null) } else { json!({ "lo": lo, "hi": hi }) };
         return print(&format!("{value:#}\n"));
     }
-    let mut text = format!("{}\n", scene.name);
+    let mut text = format!("{}\n", printable(&scene.name));
     for (name, count) in counts {
         text += &format!("  {:16} {count}\n", name.replace('_', " "));
     }

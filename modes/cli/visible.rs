@@ -12,6 +12,7 @@ use crate::forecast::Rays;
 use crate::memory::Room;
 use crate::options::parse::extension;
 use crate::options::views::Views;
+use crate::refusal::printable;
 use crate::report::{Report, Times, timed};
 use crate::run::{load_scene, print, print_run, progress};
 
@@ -125,7 +126,7 @@ fn table(scene: &Scene, seen: &Visible) -> String {
     };
     let mut text = format!("{:>10} {:>10} {:>7}  object\n", "visible", "triangles", "share");
     for (object, visible) in scene.objects.iter().zip(seen.per_object(scene)) {
-        text += &row(visible, object.triangles.len(), &object.name);
+        text += &row(visible, object.triangles.len(), &printable(&object.name));
     }
     text + &row(seen.ids.len(), scene.triangles.len(), "total")
 }
