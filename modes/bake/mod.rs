@@ -61,11 +61,9 @@ const RAYS_PER_CALL: u64 = 1 << 26;
 /// The fewest receivers of a piece.
 const LEAST_RECEIVERS: u64 = 1 << 12;
 /// Bytes that the engine takes for each receiver.
-const ENGINE_BYTES: u64 = 64;
+const ENGINE_BYTES: u64 = 4;
 /// Bytes that receivers of one piece may take, where the caller does not say.
 const PIECE_BYTES: u64 = 1 << 30;
-/// Bytes of a traced ray.
-const RAY_BYTES: u64 = size_of::<TracedRay>() as u64;
 
 /// The openness of each vertex of a scene that occludes itself: a value for each of [`Scene::positions`], 0 to 1 unless
 /// [`BakeOptions::polarity`] says otherwise; NaN for vertices that no triangle with an area uses.
@@ -147,18 +145,23 @@ impl Bake {
         self.sets.first().map_or(u64::from(self.options.rays), |set| set.len() as u64)
     }
 
-    /// Bytes that [`Bake::run`] and its answer take for each receiver, at most, with the receiver itself.
+    /// Bytes that [`Bake::run`] and its answer take for each receiver, with the receiver itself; without traced rays, which are
+    /// as many as point above its horizon.
     #[must_use]
     pub fn receiver_bytes(&self) -> u64 {
         let receiver = (size_of::<Hemisphere>() + size_of::<[f32; 3]>() + size_of::<u32>()) as u64;
         let bits = 4 * self.directions().div_ceil(32);
-        // The openness in f64 and as a value; a set's part before it is put in its place.
-        let values = 12 + if self.options.bent { 24 } else { 0 };
-        let picked = if self.sets.len() > 1 { receiver + 16 } else { 0 };
+        // The openness in f64 and as a value.
+        let values = 12 + if self.options.bent { 12 } else { 0 };
+        let asked = receiver + bits + values + ENGINE_BYTES;
+        // One set after the other, beside the receivers, their places and all values.
+        let asked = match self.sets.len() as u64 {
+            sets @ 2.. => receiver + 8 + values + asked.div_ceil(sets),
+            _ => asked,
+        };
         let own = if self.sets.is_empty() { OwnSets::RECEIVER_BYTES } else { 0 };
-        let traced = if self.options.traced { 3 * RAY_BYTES * self.directions() } else { 0 };
         let maps = self.options.depth_maps.map_or(0, |_| bits + Places::RECEIVER_BYTES);
-        receiver + bits + values + picked + own + traced + maps + ENGINE_BYTES
+        asked + own + maps
     }
 
     /// Bytes that depth maps take beside that.

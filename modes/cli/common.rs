@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use umbel::engine::{Accuracy, Isa, Partition};
 use umbel::{LoadOptions, Options, Path};
 
+use crate::memory::resident_bytes;
 use crate::options::parse::parse_bytes;
 
 /// Options of every verb.
@@ -130,7 +131,8 @@ impl Common {
         LoadOptions {
             drop_non_finite: self.drop_non_finite,
             allow_outside: self.allow_outside,
-            max_memory: self.max_memory,
+            // The program itself is there already.
+            max_memory: self.max_memory.map(|limit| limit.saturating_sub(resident_bytes().unwrap_or(0))),
         }
     }
 

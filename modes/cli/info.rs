@@ -7,10 +7,15 @@ use umbel::{Error, Scene};
 
 use crate::args::InfoArgs;
 use crate::bake::vertices_forecast;
-use crate::common::Common;
-use crate::memory::PIXEL_BYTES;
+use crate::common::{Common, PathArg};
+use crate::forecast::{HIT_BYTES, Rays};
+use crate::memory::Room;
+use crate::refusal::printable;
 use crate::report::Times;
 use crate::run::{load_scene, print};
+
+/// Bytes of a pixel of a PNG, beside its hit.
+const PICTURE_BYTES: u64 = 12 + 3;
 
 /// `umbel info`.
 pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> {
@@ -29,8 +34,13 @@ pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> 
         ("duplicates", found.duplicates),
         ("non_finite", found.non_finite),
     ];
-    let picture = 1280 * 720 * PIXEL_BYTES + 6 * found.triangles as u64;
+    let pixels = 1280 * 720;
+    let rays = Rays { pixels, rays: pixels, ray_bytes: 0, hit_bytes: HIT_BYTES };
+    let picture =
+        rays.bytes() + pixels * PICTURE_BYTES + rays.engine(found.triangles as u64, PathArg::Pencil);
     let memory = [("render", picture), ("bake_vertices", vertices_forecast(&scene)?)];
+    let room = Room::beside(&scene);
+    let memory = memory.map(|(verb, bytes)| (verb, room.with(bytes)));
     if args.json {
         let mut value = json!({ "schema": 1, "name": scene.name, "warnings": scene.warnings });
         for (name, count) in counts {
@@ -41,7 +51,7 @@ pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> 
         value["bounds"] = if found.bounds.is_empty() { json!(null) } else { json!({ "lo": lo, "hi": hi }) };
         return print(&format!("{value:#}\n"));
     }
-    let mut text = format!("{}\n", scene.name);
+    let mut text = format!("{}\n", printable(&scene.name));
     for (name, count) in counts {
         text += &format!("  {:16} {count}\n", name.replace('_', " "));
     }
@@ -54,7 +64,7 @@ pub(crate) fn info_scene(args: &InfoArgs, common: &Common) -> Result<(), Error> 
     }
     let forecast =
         memory.map(|(name, bytes)| format!("{} {:.1} MB", name.replace('_', " --"), bytes as f64 / 1e6));
-    text += &format!("  memory           {}, beside the scene\n", forecast.join(", "));
+    text += &format!("  memory           {} for the whole process\n", forecast.join(", "));
     print(&text)
 }
 

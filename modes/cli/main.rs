@@ -5,6 +5,7 @@ mod bake;
 mod common;
 mod documents;
 mod file_names;
+mod forecast;
 mod info;
 mod interrupt;
 mod machine;
@@ -33,7 +34,12 @@ fn main() -> ExitCode {
     cli.common.color.write_global();
     interrupt::exit_on_interrupt();
     match run(&cli) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => {
+            if let (true, Some(peak)) = (cli.common.verbose, memory::peak_bytes()) {
+                anstream::eprintln!("{peak} bytes of memory at most");
+            }
+            ExitCode::SUCCESS
+        }
         Err(error) => {
             anstream::eprintln!("error: {}", refusal::message(&error));
             ExitCode::from(refusal::exit_code(&error))

@@ -1,46 +1,80 @@
-//! How many bytes things take, and the limit that a run may not pass.
+//! How many bytes a run takes: told before it, compared with the limit, and held against what it took.
+//!
+//! A forecast is that of the whole process, as the system counts it (the peak of its resident size): what is there when the
+//! scene has been read, and the most that is added at a time. The first part is not computed but asked for where the system
+//! tells (Linux); elsewhere it is the program's own and the numbers of the scene. The second part follows from the numbers of
+//! pixels, receivers and triangles; its constants are those of the types, and were compared with peaks measured
+//! (`tests/cli/memory.rs` holds every verb to 15 %).
 
 use umbel::files::available_memory;
 use umbel::{Error, Scene};
 
 use crate::common::Common;
-
-/// Bytes of a pixel: hits 8, and either points 28 with their positions and normals 24, or else a preview 12 and its sum 12,
-/// bytes of the picture 3 and the widest derived image 12.
-pub(crate) const PIXEL_BYTES: u64 = 60;
-
-/// More bytes of a scattered ray: its direction and its pixel.
-pub(crate) const SCATTERED_BYTES: u64 = 32;
-
-/// More bytes of a pixel for each light: the receiver 20, at most half of that again while receivers are joined, the answer 1.
-pub(crate) const SHADOW_BYTES: u64 = 31;
-
-/// More bytes of a pixel than a triangle's hit has: (u, v) and the normal of the micropolygon.
-pub(crate) const SURFACE_PIXEL_BYTES: u64 = 20;
-
-/// Bytes of a pixel for shadows: the corners of its micropolygon, and their indices.
-pub(crate) const CORNERS_BYTES: u64 = 48;
-
-/// Bytes per texel of a map: the hit 8, the distance 4, a picture 12.
-pub(crate) const MAP_TEXEL_BYTES: u64 = 24;
-
-/// Bytes per pixel of a mask beside those of the query: the hit 8, the mask 4, bytes of the file 4.
-pub(crate) const MASK_PIXEL_BYTES: u64 = 16;
+use crate::report::kibibytes;
 
 /// Bytes that surfaces on demand take: those of a round of micropolygons.
 pub(crate) const ROUND_BYTES: u64 = 100 << 20;
 
-/// Stops when so many bytes, with the engine's own for the triangles, are more than there may be.
-pub(crate) fn limit_memory(bytes: u64, scene: &Scene, remedy: &str, common: &Common) -> Result<(), Error> {
-    let forecast = bytes + scene.triangles.len() as u64 * 6;
-    let (limit, name) = match common.max_memory {
-        Some(limit) => (limit, "--max-memory"),
-        None => (available_memory().unwrap_or(u64::MAX), "the memory that is left,"),
-    };
-    if forecast > limit {
-        return Err(Error::Limit(format!(
-            "about {forecast} bytes are needed, more than {name} {limit}; use a smaller {remedy}"
-        )));
+/// Bytes that the program takes itself: what is loaded of it, and what its threads start with.
+const PROCESS_BYTES: u64 = 7 << 20;
+
+/// Bytes that every run adds to what is there when the scene has been read: code that has not run yet, stacks, the writer of a file.
+const RUN_BYTES: u64 = 5 << 19;
+
+/// What the process has, before a run.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Room {
+    now: u64,
+}
+
+impl Room {
+    /// What it has now, with a scene.
+    pub(crate) fn beside(scene: &Scene) -> Self {
+        Self { now: resident_bytes().unwrap_or_else(|| PROCESS_BYTES + scene_bytes(scene)) }
     }
-    Ok(())
+
+    /// The bytes of the whole process at its peak, when a run adds so many.
+    pub(crate) fn with(self, bytes: u64) -> u64 {
+        peak_bytes().unwrap_or(0).max(self.now.saturating_add(bytes).saturating_add(RUN_BYTES))
+    }
+
+    /// What a limit leaves for a run; `None` without `--max-memory`.
+    pub(crate) fn left(self, common: &Common) -> Option<u64> {
+        common.max_memory.map(|limit| limit.saturating_sub(self.now.saturating_add(RUN_BYTES)))
+    }
+
+    /// Stops when a run that adds so many bytes takes more than there may be. Gives the bytes of the whole process.
+    pub(crate) fn limit(self, bytes: u64, remedy: &str, common: &Common) -> Result<u64, Error> {
+        let (added, forecast) = (bytes.saturating_add(RUN_BYTES), self.with(bytes));
+        if common.verbose {
+            anstream::eprintln!("about {forecast} bytes of memory, {added} of them beside what is there");
+        }
+        let (needed, limit, name) = match common.max_memory {
+            Some(limit) => (forecast, limit, "--max-memory"),
+            None => (added, available_memory().unwrap_or(u64::MAX), "the memory that is left,"),
+        };
+        if needed > limit {
+            return Err(Error::Limit(format!(
+                "about {needed} bytes are needed, more than {name} {limit}; use a smaller {remedy}"
+            )));
+        }
+        Ok(forecast)
+    }
+}
+
+/// The memory that the process has now, where the system tells it (Linux).
+pub(crate) fn resident_bytes() -> Option<u64> {
+    kibibytes("/proc/self/status", "VmRSS:")
+}
+
+/// The most memory that the process had, where the system tells it (Linux).
+pub(crate) fn peak_bytes() -> Option<u64> {
+    kibibytes("/proc/self/status", "VmHWM:")
+}
+
+/// Bytes of the numbers of a scene.
+fn scene_bytes(scene: &Scene) -> u64 {
+    let triples = scene.positions.len() + scene.triangles.len() + scene.normals.len();
+    let indices = scene.normal_indices.len() + scene.uv_indices.len();
+    (12 * (triples + indices) + 8 * scene.uvs.len() + 4 * scene.face_corners.len()) as u64
 }

@@ -10,6 +10,9 @@ use umbel::{Aov, AovData, Camera, Error, Lens, Scene, VisibilityBuffer};
 use crate::options::parse::extension;
 use crate::options::picture::PictureArgs;
 
+/// Numbers that are hashed together.
+const HASHED: usize = 1 << 16;
+
 /// Rays to follow, and the array of pixels that they make up.
 pub(crate) struct Sight {
     pub(crate) shot: Shot,
@@ -40,6 +43,8 @@ pub(crate) struct Files<'a> {
     pub(crate) output: Option<PathBuf>,
     /// How the preview is lit, and what is followed.
     pub(crate) look: Look,
+    /// The bytes of the process that were foreseen.
+    pub(crate) forecast: u64,
 }
 
 /// A rendered picture, from which files are made.
@@ -161,13 +166,20 @@ fn array(data: &AovData) -> Array<'_> {
     }
 }
 
-/// Hashes the numbers, little-endian.
+/// Hashes the numbers, little-endian, in parts: they are not copied as a whole.
 fn hash_data(hash: &mut blake3::Hasher, data: &AovData) {
-    let bytes: Vec<u8> = match data {
-        AovData::U32(values) => values.iter().flat_map(|x| x.to_le_bytes()).collect(),
-        AovData::F32(_, values) => values.iter().flat_map(|x| x.to_le_bytes()).collect(),
-    };
-    hash.update(&bytes);
+    fn add<T: Copy>(hash: &mut blake3::Hasher, values: &[T], bytes_of: fn(T) -> [u8; 4]) {
+        let mut bytes = Vec::with_capacity(4 * values.len().min(HASHED));
+        for part in values.chunks(HASHED) {
+            bytes.clear();
+            bytes.extend(part.iter().flat_map(|&value| bytes_of(value)));
+            hash.update(&bytes);
+        }
+    }
+    match data {
+        AovData::U32(values) => add(hash, values, u32::to_le_bytes),
+        AovData::F32(_, values) => add(hash, values, f32::to_le_bytes),
+    }
 }
 
 /// An AOV as EXR channels, under the names of the field.

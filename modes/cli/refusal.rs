@@ -12,6 +12,12 @@ const FLAGS: [(&str, &str); 5] = [
     (": max_memory", " with --max-memory"),
 ];
 
+/// Letters that turn the direction of writing.
+const TURNS: [char; 9] = [
+    '\u{202a}', '\u{202b}', '\u{202c}', '\u{202d}', '\u{202e}', '\u{2066}', '\u{2067}', '\u{2068}',
+    '\u{2069}',
+];
+
 /// What a reader says, with the options of the command in the place of its own.
 pub(crate) fn with_flags(text: &str) -> String {
     FLAGS.iter().fold(text.to_owned(), |text, (field, flag)| text.replace(field, flag))
@@ -19,11 +25,21 @@ pub(crate) fn with_flags(text: &str) -> String {
 
 /// What the command says about an error.
 pub(crate) fn message(error: &Error) -> String {
-    match error {
+    printable(&match error {
         Error::Argument(argument) => of_argument(argument),
         Error::Input { .. } | Error::Limit(_) => with_flags(&error.to_string()),
         other => other.to_string(),
-    }
+    })
+}
+
+/// A text without what would command a terminal, or turn the direction of writing: names in files may hold anything.
+pub(crate) fn printable(text: &str) -> String {
+    let is_plain = |letter: char| letter == '\n' || !(letter.is_control() || TURNS.contains(&letter));
+    let shown = |letter: char| match is_plain(letter) {
+        true => letter.to_string(),
+        false => letter.escape_unicode().to_string(),
+    };
+    text.chars().map(shown).collect()
 }
 
 /// The same of a value out of its range.

@@ -3,15 +3,20 @@
 use glam::DVec3;
 use serde_json::{Map, json};
 use umbel::files::write_png_rgb8;
-use umbel::render::{Bounces, Look, preview_with, verify};
+use umbel::render::{Look, preview_with, verify};
 use umbel::{Aov, Camera, Error, Frame, Lens, Scene, Stats, VisibilityBuffer};
 
 use crate::args::{RenderArgs, VerifyArgs};
-use crate::common::Common;
-use crate::memory::{PIXEL_BYTES, SCATTERED_BYTES, SHADOW_BYTES, limit_memory};
+use crate::common::{Common, PathArg};
+use crate::forecast::{HIT_BYTES, PictureBytes, Rays, Shares};
+use crate::memory::Room;
+use crate::options::picture::PictureArgs;
 use crate::picture::{Files, Picture, Sight};
 use crate::report::{Report, Times, timed};
 use crate::run::{load_scene, print, print_run, progress, say};
+
+/// Bytes of a projected triangle, as it is filled to verify a picture: its corners, in a list of its own.
+const POLYGON_BYTES: u64 = 144;
 
 /// `umbel render`.
 pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
@@ -27,10 +32,10 @@ pub(crate) fn render(args: &RenderArgs, common: &Common) -> Result<(), Error> {
     let mut scene = load_scene(&args.scene, common, &mut times)?;
     say(args.bounces.change(&mut scene)?.as_slice(), common);
     let (camera, lights) = (args.camera.camera(&scene)?, args.lights.lights(scene.offset)?);
-    check_memory_with(&scene, &camera, (lights.len() as u64, bounces), common)?;
-    let sight = Sight::of_camera(&camera)?;
     let look = Look { samples: args.picture.samples, lights, bounces };
-    see("render", &scene, sight, &Files { args: &args.picture, output, look }, common, times)
+    let forecast = timed(&mut times.check, || check_memory(&scene, &camera, (&args.picture, &look), common))?;
+    let sight = Sight::of_camera(&camera)?;
+    see("render", &scene, sight, &Files { args: &args.picture, output, look, forecast }, common, times)
 }
 
 /// Finds what the rays of a sight hit, and writes the files that were asked for and nothing else.
@@ -78,7 +83,8 @@ pub(crate) fn see(
         print_run(&times, &stats);
     }
     let rays = buffer.hits.len();
-    let report = Report { command, scene, rays, options, times: &times, stats, hash: hash.finalize() };
+    let (hash, forecast) = (hash.finalize(), files.forecast);
+    let report = Report { command, scene, rays, options, times: &times, stats, forecast, hash };
     let mut more = Map::new();
     if files.look.bounces.most > 0 {
         // The rays of each bounce, over all samples.
@@ -87,28 +93,33 @@ pub(crate) fn see(
     common.report.as_deref().map_or(Ok(()), |path| report.write_with(path, more))
 }
 
-/// Stops before the start when a picture needs more than `--max-memory`, or else what the machine has left.
-pub(crate) fn check_memory(scene: &Scene, camera: &Camera, common: &Common) -> Result<(), Error> {
-    check_memory_with(scene, camera, (0, Bounces::default()), common)
-}
-
-/// The same, with so many lights, and with bounces.
-fn check_memory_with(
+/// Stops before the start when a picture needs more than `--max-memory`, or else what the machine has left. Gives the bytes of
+/// the process.
+pub(crate) fn check_memory(
     scene: &Scene,
     camera: &Camera,
-    (lights, bounces): (u64, Bounces),
+    (args, look): (&PictureArgs, &Look),
     common: &Common,
-) -> Result<(), Error> {
-    let pixels = u64::from(camera.width) * u64::from(camera.rows());
-    let scattered = if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
-    let remedy = match camera.lens {
+) -> Result<u64, Error> {
+    let (room, rays) = (Room::beside(scene), Rays::of_camera(camera));
+    // Where points do not count, how many there are does not matter.
+    let shares = match args.is_point_cloud() || !look.lights.is_empty() || look.bounces.most > 0 {
+        true => Shares::of(scene, camera, look, &common.options())?,
+        false => Shares::whole(0),
+    };
+    let triangles = scene.triangles.len() as u64;
+    let engine = rays.engine(triangles, common.path);
+    let bytes = PictureBytes { args, rays, shares, bounces: look.bounces, triangles, engine }.most();
+    room.limit(bytes, remedy(camera), common)
+}
+
+/// The option that makes a picture smaller.
+fn remedy(camera: &Camera) -> &'static str {
+    match camera.lens {
         Lens::Cube => "--cube-size",
         Lens::Spinning { .. } => "--pattern",
         _ => "--size",
-    };
-    let bytes = pixels * (PIXEL_BYTES + scattered + lights * (SHADOW_BYTES + 1));
-    let bytes = bytes + bounces.forecast(pixels, lights);
-    limit_memory(bytes, scene, remedy, common)
+    }
 }
 
 /// `umbel verify`.
@@ -120,7 +131,13 @@ pub(crate) fn verify_scene(args: &VerifyArgs, common: &Common) -> Result<(), Err
         let what = "--difference needs a lens with straight lines: pinhole, ortho or cube";
         return Err(Error::Usage(what.into()));
     }
-    check_memory(&scene, &camera, common)?;
+    // Both paths are kept; the general one takes most.
+    let rays = Rays::of_camera(&camera);
+    let triangles = scene.triangles.len() as u64;
+    let rastered = if camera.lens.bends_lines() { 0 } else { triangles * POLYGON_BYTES };
+    let searched = rays.engine(triangles, PathArg::General).max(rastered);
+    let bytes = rays.bytes() + rays.rays * HIT_BYTES + searched;
+    Room::beside(&scene).limit(bytes, remedy(&camera), common)?;
     let found = verify(&scene, &camera, &common.options())?;
     let mut text = format!(
         "{}: {} triangles, {} rays, {} hits\n  pencil = general path: {} differences in id or t\n",

@@ -9,6 +9,8 @@ use umbel::files::write_atomically;
 use umbel::render::{Followed, Preview};
 use umbel::{Error, Options, Scene, Stats};
 
+use crate::memory::peak_bytes;
+
 /// The version of the report's layout. It is only ever extended.
 const SCHEMA: u32 = 1;
 
@@ -84,6 +86,8 @@ pub(crate) struct Report<'a> {
     pub(crate) options: Options,
     pub(crate) times: &'a Times,
     pub(crate) stats: Stats,
+    /// The bytes of the process that were foreseen.
+    pub(crate) forecast: u64,
     /// BLAKE3 of the output arrays, little-endian, in the order in which they are written.
     pub(crate) hash: blake3::Hash,
 }
@@ -123,16 +127,12 @@ impl Report<'_> {
             "accuracy": accuracy,
             "ms": self.times.json(),
             "engine_bytes": self.stats.engine_bytes,
-            "peak_rss_bytes": peak_rss_bytes(),
+            "forecast_bytes": self.forecast,
+            "peak_rss_bytes": peak_bytes(),
             "stats": stats,
             "hash": self.hash.to_hex().as_str(),
         })
     }
-}
-
-/// The most memory that the process had, where the system tells it (Linux).
-fn peak_rss_bytes() -> Option<u64> {
-    kibibytes("/proc/self/status", "VmHWM:")
 }
 
 /// A number of kibibytes in a file of the system, in bytes.

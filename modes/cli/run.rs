@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use umbel::{Error, Scene, Stats, load};
 
 use crate::common::Common;
-use crate::refusal::with_flags;
+use crate::refusal::{printable, with_flags};
 use crate::report::{Times, timed};
 
 /// Reads a scene and says what was noticed.
@@ -26,7 +26,9 @@ pub(crate) fn print_warnings(scene: &Scene, common: &Common) {
 /// Prints warnings, unless only errors are wanted.
 pub(crate) fn say(warnings: &[String], common: &Common) {
     if !common.quiet {
-        warnings.iter().for_each(|warning| anstream::eprintln!("warning: {}", with_flags(warning)));
+        warnings
+            .iter()
+            .for_each(|warning| anstream::eprintln!("warning: {}", printable(&with_flags(warning))));
     }
 }
 

@@ -8,9 +8,11 @@ use umbel::{Camera, Error, Scene, Stats};
 
 use crate::args::VisibleArgs;
 use crate::common::Common;
-use crate::memory::{SCATTERED_BYTES, limit_memory};
+use crate::forecast::Rays;
+use crate::memory::Room;
 use crate::options::parse::extension;
 use crate::options::views::Views;
+use crate::refusal::printable;
 use crate::report::{Report, Times, timed};
 use crate::run::{load_scene, print, print_run, progress};
 
@@ -32,7 +34,7 @@ pub(crate) fn visible_triangles(args: &VisibleArgs, common: &Common) -> Result<(
             &one
         }
     };
-    check_memory(&scene, cameras, common)?;
+    let forecast = check_memory(&scene, cameras, common)?;
 
     let (seen, stats) = find(&scene, cameras, views.as_ref(), common, &mut times)?;
     timed(&mut times.write, || write(args, &scene, &seen))?;
@@ -43,7 +45,8 @@ pub(crate) fn visible_triangles(args: &VisibleArgs, common: &Common) -> Result<(
     let bytes: Vec<u8> = seen.ids.iter().flat_map(|id| id.to_le_bytes()).collect();
     let hash = blake3::hash(&bytes);
     let (rays, options) = (seen.rays, common.options());
-    let report = Report { command: "visible", scene: &scene, rays, options, times: &times, stats, hash };
+    let times = &times;
+    let report = Report { command: "visible", scene: &scene, rays, options, times, stats, forecast, hash };
     common.report.as_deref().map_or(Ok(()), |path| report.write(path))
 }
 
@@ -75,16 +78,17 @@ fn find(
     Ok(found)
 }
 
-/// Stops before the start when the largest view needs too much.
-fn check_memory(scene: &Scene, cameras: &[Camera], common: &Common) -> Result<(), Error> {
+/// Stops before the start when the largest view needs too much. Gives the bytes of the process.
+fn check_memory(scene: &Scene, cameras: &[Camera], common: &Common) -> Result<u64, Error> {
+    let triangles = scene.triangles.len() as u64;
     let bytes = |camera: &Camera| {
-        let pixels = u64::from(camera.width) * u64::from(camera.rows());
-        // A hit has 8 bytes.
-        pixels * if camera.lens.bends_lines() { 8 + SCATTERED_BYTES } else { 8 }
+        let rays = Rays::of_camera(camera);
+        rays.bytes() + rays.engine(triangles, common.path)
     };
     // A mark for each triangle, and its id.
-    let marks = scene.triangles.len() as u64 * 5;
-    limit_memory(cameras.iter().map(bytes).max().unwrap_or(0) + marks, scene, "size of the views", common)
+    let marks = triangles * 5;
+    let most = cameras.iter().map(bytes).max().unwrap_or(0) + marks;
+    Room::beside(scene).limit(most, "size of the views", common)
 }
 
 /// Writes the ids to `-o`; prints the objects where they are asked for, and else the ids that no file gets.
@@ -122,7 +126,7 @@ fn table(scene: &Scene, seen: &Visible) -> String {
     };
     let mut text = format!("{:>10} {:>10} {:>7}  object\n", "visible", "triangles", "share");
     for (object, visible) in scene.objects.iter().zip(seen.per_object(scene)) {
-        text += &row(visible, object.triangles.len(), &object.name);
+        text += &row(visible, object.triangles.len(), &printable(&object.name));
     }
     text + &row(seen.ids.len(), scene.triangles.len(), "total")
 }

@@ -25,6 +25,7 @@ pub use surfaces::{SurfaceBuffer, SurfaceLook, surface_preview, surface_visibili
 pub use verify::{Mark, Verification, verify, verify_buffer};
 pub use visible::{Visible, visible};
 
+use std::borrow::Cow;
 use std::time::Duration;
 
 use rayon::prelude::*;
@@ -229,7 +230,7 @@ pub fn preview_with(
         let lamps = Lamps::new(lights, &triangles, (&|ray| pencil.ray(ray), hits), queries, options)?;
         let mut colours = shade_rays(pencil, hits, (&shader, &lamps, &around), camera);
         followed.add(&around.follow(pencil, hits, queries, &mut colours)?);
-        Ok::<_, Error>(spread(shot, buffer.pixels, &colours, &[0.0; 3]))
+        Ok::<_, Error>(spread(shot, buffer.pixels, colours, &[0.0; 3]))
     };
     if look.samples <= 1 {
         let linear = shade(&buffer.shot, &buffer.hits, &mut queries)?;
@@ -267,7 +268,7 @@ fn shade_rays(
             None => background_of(camera, k, &ray),
         }
     };
-    (0..hits.len()).into_par_iter().flat_map_iter(of_ray).collect()
+    numbers(hits.len(), of_ray)
 }
 
 impl VisibilityBuffer {
@@ -309,7 +310,7 @@ impl VisibilityBuffer {
             }
             Aov::Work => {
                 let work = work_of(&self.shot.pencil, &self.tiles, &self.pairs);
-                AovData::F32(1, self.spread(&work, &[f32::NAN]))
+                AovData::F32(1, self.spread(work, &[f32::NAN]))
             }
             Aov::Uv => self.derived([f32::NAN; 2], |ray, hit| {
                 let weights = triangles.barycentrics(hit.id, ray);
@@ -332,7 +333,7 @@ impl VisibilityBuffer {
             scene.object_of(id).and_then(|index| u32::try_from(index).ok()).unwrap_or(NO_TRIANGLE)
         };
         let objects: Vec<u32> = self.hits.ids().par_iter().map(object).collect();
-        self.spread(&objects, &[NO_TRIANGLE])
+        self.spread(objects, &[NO_TRIANGLE])
     }
 
     /// C numbers per pixel from each ray and hit, or `miss`.
@@ -342,20 +343,34 @@ impl VisibilityBuffer {
         derive: impl Fn(&Ray, &Hit) -> [f32; C] + Sync,
     ) -> AovData {
         let of_ray = |k: usize| self.hits.get(k).map_or(miss, |hit| derive(&self.shot.pencil.ray(k), &hit));
-        let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
-        AovData::F32(C, self.spread(&values, &miss))
+        AovData::F32(C, self.spread(numbers(self.hits.len(), of_ray), &miss))
     }
 
     /// Values of rays, each of `miss.len()` numbers, as values of pixels; pixels without a ray get `miss`.
-    fn spread<T: Copy>(&self, of_rays: &[T], miss: &[T]) -> Vec<T> {
+    fn spread<'a, T: Copy + 'a>(&self, of_rays: impl Into<Cow<'a, [T]>>, miss: &[T]) -> Vec<T> {
         spread(&self.shot, self.pixels, of_rays, miss)
     }
 }
 
-/// Values of the rays of a shot, each of `miss.len()` numbers, as values of pixels; pixels without a ray get `miss`.
-pub(crate) fn spread<T: Copy>(shot: &Shot, count: usize, of_rays: &[T], miss: &[T]) -> Vec<T> {
+/// C numbers for each of so many rays, found in parallel. The list has its full length from the start: lists of parts that are
+/// joined would take twice the memory.
+pub(crate) fn numbers<const C: usize>(rays: usize, of_ray: impl Fn(usize) -> [f32; C] + Sync) -> Vec<f32> {
+    let mut values = vec![0.0; rays * C];
+    values.par_chunks_exact_mut(C).enumerate().for_each(|(k, values)| values.copy_from_slice(&of_ray(k)));
+    values
+}
+
+/// Values of the rays of a shot, each of `miss.len()` numbers, as values of pixels; pixels without a ray get `miss`. Where every
+/// ray has its pixel, values that are given away are not copied.
+pub(crate) fn spread<'a, T: Copy + 'a>(
+    shot: &Shot,
+    count: usize,
+    of_rays: impl Into<Cow<'a, [T]>>,
+    miss: &[T],
+) -> Vec<T> {
+    let of_rays = of_rays.into();
     let Some(pixels) = &shot.pixels else {
-        return of_rays.to_vec();
+        return of_rays.into_owned();
     };
     let mut of_pixels = miss.repeat(count);
     for (&pixel, values) in pixels.iter().zip(of_rays.chunks(miss.len())) {

@@ -55,8 +55,11 @@ pub(crate) fn seen_points(ids: Vec<u32>, positions: &AovData, normals: &AovData)
         return Vec::new();
     };
     let places = positions.as_chunks().0.iter().zip(normals.as_chunks().0);
+    // A list that grows would be copied.
+    let mut points = Vec::with_capacity(ids.iter().filter(|&&id| id != NO_TRIANGLE).count());
     let hits = ids.into_iter().zip(places).filter(|(id, _)| *id != NO_TRIANGLE);
-    hits.map(|(id, (&position, &normal))| SeenPoint { position, normal, id }).collect()
+    points.extend(hits.map(|(id, (&position, &normal))| SeenPoint { position, normal, id }));
+    points
 }
 
 /// Writes points as a PLY file.

@@ -20,7 +20,7 @@ use crate::render::point_cloud::{SeenPoint, seen_points};
 use crate::render::queries::timed;
 use crate::render::shade::{Appearance, background_of};
 use crate::render::work::work_of;
-use crate::render::{Aov, AovData, Preview, spread};
+use crate::render::{Aov, AovData, Preview, numbers, spread};
 use crate::scene::CLAY;
 use crate::scene::camera::{Camera, Shot};
 use crate::scene::hit_points::in_frame_of_file;
@@ -151,7 +151,7 @@ impl SurfaceBuffer {
             Aov::Uv => self.derived([f32::NAN; 2], |k| self.hits.uvs()[k]),
             Aov::Work => {
                 let work = work_of(&self.shot.pencil, self.hits.tiles(), self.hits.pairs());
-                AovData::F32(1, spread(&self.shot, self.pixels, &work, &[f32::NAN]))
+                AovData::F32(1, spread(&self.shot, self.pixels, work, &[f32::NAN]))
             }
             Aov::Bary | Aov::Object => {
                 return Err(Error::Usage(
@@ -174,8 +174,7 @@ impl SurfaceBuffer {
     /// Numbers of each hit, or `miss`.
     fn derived<const C: usize>(&self, miss: [f32; C], derive: impl Fn(usize) -> [f32; C] + Sync) -> AovData {
         let of_ray = |k: usize| if self.hits.ids()[k] == NO_TRIANGLE { miss } else { derive(k) };
-        let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
-        AovData::F32(C, spread(&self.shot, self.pixels, &values, &miss))
+        AovData::F32(C, spread(&self.shot, self.pixels, numbers(self.hits.len(), of_ray), &miss))
     }
 
     /// The receivers of each light among what is seen. They lie on micropolygons, which have no ids.
@@ -235,7 +234,6 @@ impl SurfaceBuffer {
             let lamps = (!lamps.is_empty()).then(|| lamps.light_at(k, point, normal));
             Appearance { albedo, normal, viewer, up: camera.up, lamps }.colour()
         };
-        let values: Vec<f32> = (0..self.hits.len()).into_par_iter().flat_map_iter(of_ray).collect();
-        spread(&self.shot, self.pixels, &values, &[0.0; 3])
+        spread(&self.shot, self.pixels, numbers(self.hits.len(), of_ray), &[0.0; 3])
     }
 }

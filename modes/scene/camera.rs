@@ -248,9 +248,11 @@ impl Camera {
             _ => {}
         }
         let shift = offset.map(|o| f64::from(o) / f64::from(2 * SUBPIXELS));
-        let (mut directions, mut pixels) = (Vec::new(), Vec::new());
         let count = u64::from(self.width) * u64::from(self.height);
         let count = u32::try_from(count).map_err(|_| umbel_core::Error::TooManyRays { rays: count })?;
+        // Lists that grow would be copied.
+        let mut directions = Vec::with_capacity(count as usize);
+        let mut pixels = Vec::with_capacity(count as usize);
         for pixel in 0..count {
             let (i, j) = (f64::from(pixel % self.width) + shift[0], f64::from(pixel / self.width) - shift[1]);
             if let Some(direction) = self.direction(axes, i, j) {

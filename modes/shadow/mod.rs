@@ -48,12 +48,6 @@ impl Receivers {
         self.points.append(&mut others.points);
         self.rays.append(&mut others.rays);
     }
-
-    /// Makes room for so many in all.
-    fn reserve(&mut self, count: usize) {
-        self.points.reserve_exact(count - self.points.len());
-        self.rays.reserve_exact(count - self.rays.len());
-    }
 }
 
 /// A point light, on the grid that origins have: coordinates below 2⁻⁹⁶ move by at most 2⁻¹⁵⁰.
@@ -67,6 +61,9 @@ pub fn point_light(position: DVec3) -> Origin {
 pub fn sun_light(toward: DVec3) -> Origin {
     Origin::Infinity(-toward)
 }
+
+/// Rays whose receivers are found together, before they join the others.
+const TOGETHER: usize = 1 << 18;
 
 /// The receivers of each light among the hits of a pencil. What is left out turns away from the light, and is in shadow.
 ///
@@ -92,7 +89,6 @@ pub(crate) fn receivers_of(
     for &light in lights {
         Pencil::new(light, Vec::new())?;
     }
-    let none = || vec![Receivers::default(); lights.len()];
     let of_ray = |found: &mut [Receivers], ray_id: u32| {
         let Some(triangle) = hit(ray_id as usize) else { return };
         let ray = ray(ray_id as usize);
@@ -108,25 +104,23 @@ pub(crate) fn receivers_of(
             }
         }
     };
-    // In range: a query has fewer than 2³² rays.
-    let parts = (0..rays as u32).into_par_iter().fold(none, |mut found, ray| {
-        of_ray(&mut found, ray);
-        found
-    });
-    Ok(join(parts.collect(), lights.len()))
-}
-
-/// The receivers of each light, from parts that follow each other. A part is dropped once it has been copied.
-fn join(mut parts: Vec<Vec<Receivers>>, lights: usize) -> Vec<Receivers> {
-    let of_light = |light: usize| {
-        let count = parts.iter().map(|part| part[light].rays.len()).sum();
-        let mut of_light = parts.iter_mut().map(|part| std::mem::take(&mut part[light]));
-        let mut all = of_light.next().unwrap_or_default();
-        all.reserve(count);
-        of_light.for_each(|part| all.append(part));
-        all
-    };
-    (0..lights).map(of_light).collect()
+    // Room for all that may come: what is not used takes no memory, and a list that grows would be copied.
+    let most = (0..rays).into_par_iter().filter(|&ray| hit(ray).is_some()).count();
+    let room = || Receivers { points: Vec::with_capacity(most), rays: Vec::with_capacity(most) };
+    let mut all: Vec<Receivers> = lights.iter().map(|_| room()).collect();
+    let none = || vec![Receivers::default(); lights.len()];
+    for first in (0..rays).step_by(TOGETHER) {
+        // In range: a query has fewer than 2³² rays.
+        let some = first as u32..rays.min(first + TOGETHER) as u32;
+        let parts = some.into_par_iter().fold(none, |mut found, ray| {
+            of_ray(&mut found, ray);
+            found
+        });
+        for part in parts.collect::<Vec<_>>() {
+            all.iter_mut().zip(part).for_each(|(all, part)| all.append(part));
+        }
+    }
+    Ok(all)
 }
 
 /// Whether a side of a triangle turns to the light: whether the light lies strictly on that side of the plane. Exact.

@@ -5,6 +5,10 @@ mod bake;
 #[cfg(feature = "obj")]
 mod command;
 mod golden;
+#[cfg(all(feature = "obj", feature = "gltf"))]
+mod hostile;
+#[cfg(all(feature = "obj", target_os = "linux"))]
+mod memory;
 #[cfg(feature = "obj")]
 mod probe;
 #[cfg(feature = "obj")]

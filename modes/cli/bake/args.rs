@@ -259,7 +259,7 @@ impl BakeArgs {
                 Target::Texels(AtlasOptions { size, .. }) => Some(size),
                 _ => None,
             },
-            ..self.sampling.options(scene)
+            ..self.sampling.options(scene, matches!(self.target(), Target::Texels(_)))
         }
     }
 

@@ -33,7 +33,7 @@ use crate::bake::gltf::Patched;
 use crate::bake::run::run;
 use crate::bake::source::{Extent, Results, Source};
 use crate::common::Common;
-use crate::memory::{ROUND_BYTES, limit_memory};
+use crate::memory::{ROUND_BYTES, Room};
 use crate::report::{Report, Times, timed};
 use crate::run::{load_scene, print_run, say};
 
@@ -44,9 +44,9 @@ const PIECE_BYTES: u64 = 1 << 30;
 /// is just reached: such textures are common, and of use where both halves look alike.
 const OWN_PART: f64 = 0.5;
 
-/// Bytes that the engine takes for each triangle: its corners in order, and what it covers, per thread.
-fn triangle_bytes() -> u64 {
-    42 + 48 * rayon::current_num_threads() as u64
+/// Bytes that the engine takes for triangles: a copy in its own order.
+fn engine_bytes(triangles: usize) -> u64 {
+    triangles as u64 * 64
 }
 
 /// Memory that is needed, and how it is used.
@@ -75,9 +75,6 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     let mut plan = make_plan(args, &bake, (&scene, &occluders), common)?;
     // Not after hours of work.
     args.outputs().chain(&common.report).try_for_each(|path| check_output(path))?;
-    if common.verbose {
-        anstream::eprintln!("about {} bytes, {} receivers at once", plan.forecast, plan.receivers);
-    }
     let triangles = occluders.geometry()?;
     let source = timed(&mut times.receivers, || Source::new(args, &scene))?;
     timed(&mut times.check, || check_texture(&source, args, common))?;
@@ -106,7 +103,8 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     let mut more = report_fields(&options, &source, &found, &plan);
     more.extend(choice.map(|choice| ("dial".to_owned(), choice.json())));
     if common.verbose {
-        anstream::eprintln!("{} receivers, {} rays", found.receivers, found.rays);
+        let (receivers, rays) = (found.receivers, found.rays);
+        anstream::eprintln!("{receivers} receivers, at most {} at once, {rays} rays", plan.receivers);
     }
     timed(&mut times.write, || {
         let files = Files { args, common, scene: &scene, source: &source, patched };
@@ -122,6 +120,7 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
         options: common.options(),
         times: &times,
         stats,
+        forecast: plan.forecast,
         hash: hash.finalize(),
     };
     common.report.as_deref().map_or(Ok(()), |path| report.write_with(path, more))
@@ -167,34 +166,31 @@ pub(crate) fn make_plan(
     (scene, occluders): (&Scene, &Occluders<'_>),
     common: &Common,
 ) -> Result<Plan, Error> {
-    let extent = Extent::new(args, scene);
-    let traced =
-        if args.dump_rays.is_some() { bake.directions() * 2 * size_of::<TracedRay>() as u64 } else { 0 };
-    // What every mode takes for a triangle is counted where the limit is checked.
-    let triangles = (triangle_bytes() - 6) * scene.triangles.len() as u64;
+    let room = Room::beside(scene);
+    let extent = Extent::new(args, scene)?;
     let surfaces = if args.occluders.has_surfaces() { ROUND_BYTES } else { 0 };
-    let fixed = surfaces
-        + extent.bytes
-        + extent.units * extent.per_unit * traced
-        + occluders.copied_bytes()
-        + triangles
-        + bake.map_bytes();
-    let limit = common.max_memory.or_else(available_memory).unwrap_or(u64::MAX);
-    let left = limit.saturating_sub(fixed + 6 * scene.triangles.len() as u64);
+    // About half of all directions point above a horizon.
+    let rays = if args.dump_rays.is_some() { bake.directions().div_ceil(2) } else { 0 };
+    let traced = extent.receivers(extent.units) * rays * size_of::<TracedRay>() as u64;
+    let fixed =
+        surfaces + extent.bytes + traced + engine_bytes(occluders.geometry()?.len()) + bake.map_bytes();
+    let left = room.left(common).or_else(available_memory).unwrap_or(u64::MAX).saturating_sub(fixed);
     let left = if common.max_memory.is_some() { left } else { left.min(PIECE_BYTES) };
     let piece = extent.piece(bake, left);
+    // Rays are copied once before they join those of other pieces.
+    let each = bake.receiver_bytes() + extent.receiver + rays * (size_of::<TracedRay>() as u64 + 8);
+    let added = fixed + extent.receivers(piece) * each;
+    let forecast = room.limit(added, args.target().remedy(), common)?;
     let receivers = piece * extent.per_unit;
-    let forecast = fixed + receivers * bake.receiver_bytes();
-    limit_memory(forecast, scene, args.target().remedy(), common)?;
     // In range: it is at most the number of units.
     Ok(Plan { piece: piece as usize, receivers, values: extent.values, forecast })
 }
 
-/// About how many bytes `umbel bake --vertices` needs with the options that it has by default, the scene apart.
+/// About how many bytes `umbel bake --vertices` adds with the options that it has by default.
 pub(crate) fn vertices_forecast(scene: &Scene) -> Result<u64, Error> {
     let (bake, extent) = (Bake::new(BakeOptions::default())?, Extent::of_vertices(scene));
     let piece = extent.piece(&bake, PIECE_BYTES) * bake.receiver_bytes();
-    Ok(extent.bytes + piece + triangle_bytes() * scene.triangles.len() as u64)
+    Ok(extent.bytes + piece + engine_bytes(scene.triangles.len()))
 }
 
 /// Says what is odd about texture coordinates, and refuses those of which most have no texels of their own.
@@ -230,6 +226,15 @@ fn useless_texture(scene: &OsStr, area: f64, own: f64) -> Error {
     }
 }
 
+/// What a set is called.
+pub(crate) fn set_name(set: SampleSet) -> &'static str {
+    match set {
+        SampleSet::Shared => "shared",
+        SampleSet::Interleaved => "interleaved",
+        SampleSet::Independent => "independent",
+    }
+}
+
 /// What the report has beyond that of other verbs.
 fn report_fields(
     options: &BakeOptions,
@@ -242,11 +247,7 @@ fn report_fields(
         "values": plan.values,
         "receivers": found.receivers,
         "rays_per_receiver": options.rays,
-        "set": match options.set {
-            SampleSet::Shared => "shared",
-            SampleSet::Interleaved => "interleaved",
-            SampleSet::Independent => "independent",
-        },
+        "set": set_name(options.set),
         "weighting": if options.weighting == Weighting::Cosine { "cosine" } else { "uniform" },
         "max_distance": options.reach.max_distance,
         "falloff": if options.reach.falloff == Falloff::Linear { "linear" } else { "none" },

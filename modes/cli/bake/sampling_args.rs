@@ -32,10 +32,10 @@ pub(crate) struct SamplingArgs {
     #[arg(long, value_enum, default_value = "openness")]
     polarity: PolarityArg,
 
-    /// shared: the same directions for all, the fastest. interleaved: 16 sets in turn, noise instead of bands.
-    /// independent: each receiver its own
-    #[arg(long, value_enum, default_value = "shared")]
-    set: SetArg,
+    /// shared: the same directions for all, the fastest. interleaved: 16 sets in turn, a fine grain instead of bands.
+    /// independent: each receiver its own [default: interleaved for texels, else and with --depth-maps shared]
+    #[arg(long, value_enum)]
+    set: Option<SetArg>,
 
     /// Look directions up in depth maps of N x N texels instead of tracing rays: faster, and wrong within half a texel of
     /// where shadows end. For any distance; with 256 a texture is about twice
@@ -61,11 +61,11 @@ impl SamplingArgs {
                 "--falloff linear goes down to 0 at --max-distance: give one, such as 10%",
             ),
             (
-                self.set == SetArg::Independent && self.group == GroupArg::Direction,
+                self.set == Some(SetArg::Independent) && self.group == GroupArg::Direction,
                 "--set independent has no common directions for --group direction: take auto or origin",
             ),
             (
-                self.has_maps() && self.set == SetArg::Independent,
+                self.has_maps() && self.set == Some(SetArg::Independent),
                 "--depth-maps: a map is made for a direction that receivers share: take --set shared or interleaved",
             ),
             (
@@ -92,7 +92,9 @@ impl SamplingArgs {
 
     /// Whether depth maps could.
     pub(crate) fn takes_maps(&self) -> bool {
-        self.max_distance.is_unlimited() && self.set != SetArg::Independent && self.group == GroupArg::Auto
+        self.max_distance.is_unlimited()
+            && self.set != Some(SetArg::Independent)
+            && self.group == GroupArg::Auto
     }
 
     /// Whether 1 is open.
@@ -100,15 +102,23 @@ impl SamplingArgs {
         self.polarity == PolarityArg::Openness
     }
 
+    /// The sets of directions. Texels lie beside each other, so that what 16 sets have in common shows where a texture is seen from
+    /// afar; of depth maps there are 16 times as many then.
+    fn set(&self, of_texels: bool) -> SampleSet {
+        match self.set {
+            Some(SetArg::Shared) => SampleSet::Shared,
+            Some(SetArg::Interleaved) => SampleSet::Interleaved,
+            Some(SetArg::Independent) => SampleSet::Independent,
+            None if of_texels && !self.has_maps() => SampleSet::Interleaved,
+            None => SampleSet::Shared,
+        }
+    }
+
     /// What these options say: distances are measured in the scene. The rest is as it is by default.
-    pub(crate) fn options(&self, scene: &Scene) -> BakeOptions {
+    pub(crate) fn options(&self, scene: &Scene, of_texels: bool) -> BakeOptions {
         BakeOptions {
             rays: self.rays.unwrap_or(BakeOptions::default().rays),
-            set: match self.set {
-                SetArg::Shared => SampleSet::Shared,
-                SetArg::Interleaved => SampleSet::Interleaved,
-                SetArg::Independent => SampleSet::Independent,
-            },
+            set: self.set(of_texels),
             weighting: match self.weighting {
                 WeightingArg::Cosine => Weighting::Cosine,
                 WeightingArg::Uniform => Weighting::Uniform,

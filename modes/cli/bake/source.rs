@@ -5,24 +5,29 @@ use umbel::bake::{
     VertexReceivers, read_points,
 };
 use umbel::engine::Aabb;
-use umbel::{Error, Scene, Stats, Triangles};
+use umbel::glam::DVec3;
+use umbel::{Camera, Error, Lens, NO_TRIANGLE, Options, Scene, Stats, Triangles, closest_hit};
 
 use crate::bake::args::{BakeArgs, Target};
 
-/// Bytes of a vertex while owners and normals are found: two normals in f64, one in f32, an angle and an id.
+/// Bytes of a vertex: its six or so corners of triangles and their end, and on the way its faces, owner and normal.
 const VERTEX_BYTES: u64 = 72;
 /// Bytes of a point: its row in f64, its id, and the receiver.
 const POINT_BYTES: u64 = 48 + 8 + 48;
 /// Bytes of the smallest point in a file: six `f4`.
 const ROW_BYTES: u64 = 24;
-/// Bytes of a value, as it is kept and as it is written; of a texel, whether it is covered, and its part of a file in memory.
-const VALUE_BYTES: u64 = 14;
+/// Bytes of a value, and of whether it is covered.
+const VALUE_BYTES: u64 = 4 + 1;
 /// Rows that an atlas makes together.
 const BLOCK_ROWS: u64 = 16;
 /// Bytes of a triangle in an atlas, with what is there on the way.
 const ATLAS_BYTES: u64 = 88;
-/// Bytes of a bent normal, as it is kept and as it is written.
-const BENT_BYTES: u64 = 24;
+/// Bytes of a bent normal, and of whether it is covered.
+const BENT_BYTES: u64 = 12 + 1;
+/// Bytes of a texel's receiver in its band.
+const TEXEL_BYTES: u64 = size_of::<TexelReceiver>() as u64;
+/// Bands of rows of a texture.
+const BANDS: u32 = 256;
 
 /// The receivers.
 pub(crate) enum Source<'a> {
@@ -41,18 +46,24 @@ pub(crate) struct Extent {
     pub(crate) per_unit: u64,
     /// Bytes that the source and the values take.
     pub(crate) bytes: u64,
+    /// Bytes of a receiver beside those of the bake.
+    pub(crate) receiver: u64,
+    /// The part of the receivers that there are, in equal bands of the units.
+    bands: Vec<f64>,
 }
 
 impl Extent {
-    pub(crate) fn new(args: &BakeArgs, scene: &Scene) -> Self {
+    pub(crate) fn new(args: &BakeArgs, scene: &Scene) -> Result<Self, Error> {
         let bent = if args.bent.is_some() { BENT_BYTES } else { 0 };
         let of = |values: u64, units: u64, per_unit: u64, source: u64| Self {
             values,
             units,
             per_unit,
             bytes: source + values * (VALUE_BYTES + bent),
+            receiver: 0,
+            bands: vec![1.0],
         };
-        match args.target() {
+        Ok(match args.target() {
             Target::Vertices => {
                 let vertices = scene.positions.len() as u64;
                 of(vertices, vertices, 1, vertices * VERTEX_BYTES + Fans::bytes(vertices))
@@ -65,9 +76,10 @@ impl Extent {
             Target::Texels(AtlasOptions { size, samples }) => {
                 let size = u64::from(size);
                 let receivers = size * u64::from(samples);
-                of(size * size, size, receivers, scene.triangles.len() as u64 * ATLAS_BYTES)
+                let atlas = of(size * size, size, receivers, scene.triangles.len() as u64 * ATLAS_BYTES);
+                Self { receiver: TEXEL_BYTES, bands: covered_bands(scene)?, ..atlas }
             }
-        }
+        })
     }
 
     /// That of the vertices of a scene, without bent normals.
@@ -78,6 +90,8 @@ impl Extent {
             units: vertices,
             per_unit: 1,
             bytes: vertices * (VERTEX_BYTES + VALUE_BYTES) + Fans::bytes(vertices),
+            receiver: 0,
+            bands: vec![1.0],
         }
     }
 
@@ -88,6 +102,42 @@ impl Extent {
             if self.per_unit > 1 && units > BLOCK_ROWS { units / BLOCK_ROWS * BLOCK_ROWS } else { units };
         whole.min(self.units).max(1)
     }
+
+    /// About how many receivers a piece of so many units has: that which has most.
+    pub(crate) fn receivers(&self, units: u64) -> u64 {
+        let all = self.bands.len() as f64;
+        let bands = (units as f64 / self.units.max(1) as f64 * all).ceil().clamp(1.0, all) as usize;
+        let sums = self.bands.chunks(bands).map(|bands| bands.iter().fold(0.0, |sum, part| sum + part));
+        let part = sums.fold(0.0, f64::max) / bands as f64;
+        (part * (units * self.per_unit) as f64) as u64
+    }
+}
+
+/// The part of a texture that charts cover, in bands of rows from the top of the image: what parallel rays hit of the triangles in the
+/// texture, which are laid out in a plane.
+fn covered_bands(scene: &Scene) -> Result<Vec<f64>, Error> {
+    let corners = |triangle: &[u32; 3]| triangle.iter().all(|&corner| (corner as usize) < scene.uvs.len());
+    let triangles: Vec<[u32; 3]> = scene.uv_indices.iter().copied().filter(corners).collect();
+    let flip = |v: f32| if scene.uv_v_down { -v } else { v };
+    // What is not finite lies outside, as what is not a texture's.
+    let place =
+        |&[u, v]: &[f32; 2]| if u.is_finite() && v.is_finite() { [u, flip(v), 0.0] } else { [-1.0; 3] };
+    let positions: Vec<[f32; 3]> = scene.uvs.iter().map(place).collect();
+    let laid_out = Triangles::new(&positions, &triangles)?;
+    let middle = DVec3::new(0.5, f64::from(flip(0.5)), 1.0);
+    let camera = Camera {
+        eye: middle,
+        target: middle - DVec3::Z,
+        up: DVec3::Y,
+        lens: Lens::Ortho { height: 1.0 },
+        width: BANDS,
+        height: BANDS,
+    };
+    let (hits, _) = closest_hit(&laid_out, &camera.shot()?.pencil, &Options::default())?;
+    let rows = hits.ids().chunks(BANDS as usize);
+    Ok(rows
+        .map(|row| row.iter().filter(|&&id| id != NO_TRIANGLE).count() as f64 / f64::from(BANDS))
+        .collect())
 }
 
 impl<'a> Source<'a> {

@@ -4,16 +4,19 @@ pub(crate) mod args;
 
 use glam::DVec3;
 use umbel::formats::{SurfaceScene, load_surfaces, surface_view};
-use umbel::render::{Look, surface_preview, surface_visibility};
+use umbel::render::{Bounces, Look, SurfaceLook, surface_preview, surface_visibility};
 use umbel::{Camera, Error, Scene};
 
 use crate::common::Common;
-use crate::memory::{CORNERS_BYTES, SURFACE_PIXEL_BYTES};
-use crate::memory::{PIXEL_BYTES, SHADOW_BYTES, limit_memory};
+use crate::forecast::{CORNERS_BYTES, PictureBytes, Rays, SURFACE_HIT_BYTES, Shares};
+use crate::memory::Room;
 use crate::picture::{Files, Picture, Sight};
 use crate::report::{Report, Times, timed};
 use crate::reyes::args::ReyesArgs;
 use crate::run::{print_run, progress, say};
+
+/// Bytes of the micropolygons that a thread works on.
+const THREAD_BYTES: u64 = 1 << 18;
 
 impl ReyesArgs {
     /// Reads the scene, and says what was noticed.
@@ -42,10 +45,7 @@ pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
     let look = args.look(scene.offset)?;
     let camera = args.framing(&scene)?;
     let named = Scene { name: scene.name.clone(), offset: scene.offset, ..Scene::default() };
-    let pixels = u64::from(camera.width) * u64::from(camera.rows());
-    let lit = look.lights.len() as u64 * (SHADOW_BYTES + 1)
-        + if look.lights.is_empty() { 0 } else { CORNERS_BYTES };
-    limit_memory(pixels * (PIXEL_BYTES + SURFACE_PIXEL_BYTES + lit), &named, "--size", common)?;
+    let forecast = timed(&mut times.check, || check_memory(args, (&scene, &named), &camera, &look, common))?;
 
     // The engine: visibility of the pixel centres.
     let (dicing, options) = (args.dicing(), common.options());
@@ -73,7 +73,7 @@ pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
     };
     let linear = seen.map(|seen| times.take_preview(seen).0);
     bar.finish_and_clear();
-    let files = Files { args: &args.picture, output, look: Look::default() };
+    let files = Files { args: &args.picture, output, look: Look::default(), forecast };
     timed(&mut times.write, || Picture { shape, seen: &buffer }.write(&files, linear, &mut hash))?;
 
     if common.verbose {
@@ -87,7 +87,30 @@ pub(crate) fn reyes(args: &ReyesArgs, common: &Common) -> Result<(), Error> {
         options,
         times: &times,
         stats,
+        forecast,
         hash: hash.finalize(),
     };
     common.report.as_deref().map_or(Ok(()), |path| report.write(path))
+}
+
+/// Stops before the start when a picture needs too much. Gives the bytes of the process.
+fn check_memory(
+    args: &ReyesArgs,
+    (scene, named): (&SurfaceScene, &Scene),
+    camera: &Camera,
+    look: &SurfaceLook,
+    common: &Common,
+) -> Result<u64, Error> {
+    let room = Room::beside(named);
+    let corners = if look.lights.is_empty() { 0 } else { CORNERS_BYTES };
+    let rays = Rays { hit_bytes: SURFACE_HIT_BYTES + corners, ..Rays::of_camera(camera) };
+    let shares = match args.picture.is_point_cloud() || !look.lights.is_empty() {
+        true => Shares::of_surfaces(scene, camera, &look.lights, (&args.dicing(), &common.options()))?,
+        false => Shares::whole(0),
+    };
+    let engine = rayon::current_num_threads() as u64 * THREAD_BYTES;
+    let bytes =
+        PictureBytes { args: &args.picture, rays, shares, bounces: Bounces::default(), triangles: 0, engine }
+            .most();
+    room.limit(bytes, "--size", common)
 }

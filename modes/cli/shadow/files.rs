@@ -103,35 +103,49 @@ impl Names {
     }
 }
 
-/// Takes the numbers of one light after the other, and writes them.
+/// Takes the numbers of one light after the other, part by part, and writes them.
 pub(crate) struct Writer<'a> {
     names: &'a Names,
     content: Content,
     hash: &'a mut blake3::Hasher,
-    /// Numbers that wait for those of the other lights.
+    /// Numbers that wait for the rest of their light, or for the other lights.
     gathered: Vec<f32>,
     lights: usize,
+    /// Numbers that a file has.
+    room: usize,
 }
 
 impl<'a> Writer<'a> {
-    pub(crate) fn new(names: &'a Names, content: Content, hash: &'a mut blake3::Hasher) -> Self {
-        Self { names, content, hash, gathered: Vec::new(), lights: 0 }
+    /// For the numbers of so many lights.
+    pub(crate) fn new(
+        names: &'a Names,
+        content: Content,
+        lights: usize,
+        hash: &'a mut blake3::Hasher,
+    ) -> Self {
+        let numbers: usize = content.shape().iter().product();
+        let room = if matches!(names, Names::Together(_)) { lights * numbers } else { numbers };
+        Self { names, content, hash, gathered: Vec::new(), lights: 0, room }
     }
 
-    /// Takes the numbers of the next light.
-    pub(crate) fn put(&mut self, values: Vec<f32>) -> Result<(), Error> {
+    /// Takes the next numbers.
+    pub(crate) fn put(&mut self, values: &[f32]) {
         for part in values.chunks(HASHED) {
             let bytes: Vec<u8> = part.iter().flat_map(|value| value.to_le_bytes()).collect();
             self.hash.update(&bytes);
         }
+        // A list that grows would be copied.
+        self.gathered.reserve_exact(self.room - self.gathered.len());
+        self.gathered.extend_from_slice(values);
+    }
+
+    /// Ends a light.
+    pub(crate) fn end(&mut self) -> Result<(), Error> {
         let light = self.lights;
         self.lights += 1;
         match self.names {
-            Names::Each(paths) => write(&paths[light], self.content, values),
-            Names::Together(_) => {
-                self.gathered.extend(values);
-                Ok(())
-            }
+            Names::Each(paths) => write(&paths[light], self.content, std::mem::take(&mut self.gathered)),
+            Names::Together(_) => Ok(()),
         }
     }
 

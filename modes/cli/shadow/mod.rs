@@ -6,25 +6,27 @@ pub(crate) mod files;
 pub(crate) mod report;
 pub(crate) mod scene;
 
+use std::path::Path;
 use std::time::Instant;
 
 use serde_json::{Map, Value};
 use umbel::engine::{Dicing, closest_hit_on_demand};
 use umbel::files::available_memory;
-use umbel::render::surface_visibility;
+use umbel::glam::DVec3;
+use umbel::render::{Look, surface_visibility};
 use umbel::scene::Shot;
 use umbel::shadow::{
     Casters, MaskCounts, Receivers, compare_maps, cube_map, cube_pencil, distances, in_pieces, receivers,
     sun_pencil, surface_distances,
 };
-use umbel::{Camera, Error, Frame, Lens, NO_TRIANGLE, Origin, Pencil, Scene, Stats, Triangles};
+use umbel::{Camera, Error, Frame, Lens, NO_TRIANGLE, Origin, Pencil, Stats, Triangles};
 
 use crate::common::Common;
 use crate::file_names::FileNames;
-use crate::memory::{CORNERS_BYTES, SURFACE_PIXEL_BYTES};
-use crate::memory::{MAP_TEXEL_BYTES, MASK_PIXEL_BYTES};
-use crate::memory::{SCATTERED_BYTES, SHADOW_BYTES, limit_memory};
+use crate::forecast::{CORNERS_BYTES, HIT_BYTES, RECEIVER_BYTES, Rays, SURFACE_HIT_BYTES, Shares, Tally};
+use crate::memory::Room;
 use crate::options::dial::Goal;
+use crate::options::parse::extension;
 use crate::report::{Report, Times, timed};
 use crate::run::{print, print_run, progress};
 use crate::shadow::args::ShadowArgs;
@@ -32,6 +34,24 @@ use crate::shadow::dial::Dial;
 use crate::shadow::files::{Content, Names, Writer};
 use crate::shadow::report::{comparison, is_sun, light_json, map_json};
 use crate::shadow::scene::ShadowScene;
+
+/// Bytes of a texel of a map, and of a pixel of a mask.
+const DISTANCE_BYTES: u64 = 4;
+
+/// Bytes of a texel while a map is computed: the hit, its distance, and the map.
+const MAP_TEXEL_BYTES: u64 = HIT_BYTES + 2 * DISTANCE_BYTES;
+
+/// Bytes of a number in a PNG file before it is compressed: its code, and the colour, gray or in a cross.
+const CODE_BYTES: u64 = 1 + 5;
+
+/// Bytes of a pixel's samples that see a surface, and of those that a light reaches.
+const COUNT_BYTES: u64 = 2;
+
+/// Bytes of a receiver that is compared: its answers, and its bias once more.
+const COMPARED_BYTES: u64 = 16 + 8;
+
+/// Bytes of an id.
+const ID_BYTES: u64 = 4;
 
 /// One run of the verb.
 struct Run<'a> {
@@ -55,6 +75,8 @@ struct Run<'a> {
     map_size: u32,
     /// What the camera sees, pass by pass.
     sight: Frame,
+    /// The bytes of the process that were foreseen.
+    forecast: u64,
 }
 
 /// What a camera sees through one pass.
@@ -91,9 +113,8 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
     let (maps, masks) = (maps.transpose()?, masks.transpose()?);
     let each = maps.iter().chain(&masks).flat_map(Names::paths);
     FileNames::default().writing(each).writing(&common.report).refuse_collisions()?;
-    check_memory(args, &scene.mesh, &camera, &lights, common)?;
-
     let (occluders, surfaces) = (scene.occluders()?, scene.casters());
+    let forecast = timed(&mut times.check, || check_memory(args, &scene, &camera, &lights, common))?;
     let triangles = occluders.geometry()?;
     let dicing = args.surfaces.made.dicing();
     let casters = Casters { triangles: &triangles, surfaces: &surfaces, dicing };
@@ -119,6 +140,7 @@ pub(crate) fn shadow(args: &ShadowArgs, common: &Common) -> Result<(), Error> {
         more,
         map_size,
         sight: Frame::keeping_order(),
+        forecast,
     };
     args.dial.goal().map_or(Ok(()), |goal| run.choose(goal, &camera, start))?;
     maps.map_or(Ok(()), |names| run.write_maps(&names))?;
@@ -133,10 +155,10 @@ impl Run<'_> {
     /// Has the dial choose the size of the lights' maps.
     fn choose(&mut self, goal: Goal, camera: &Camera, start: Instant) -> Result<(), Error> {
         let seen = self.seen(camera, 0, 1)?;
-        let limit = self.common.max_memory.or_else(available_memory).unwrap_or(u64::MAX);
-        let texel = 6 * (MAP_TEXEL_BYTES + 4 * self.lights.len() as u64);
-        let left =
-            limit.saturating_sub(u64::from(camera.width) * u64::from(camera.rows()) * MASK_PIXEL_BYTES);
+        // The picture is there already.
+        let left = Room::beside(&self.scene.mesh).left(self.common);
+        let left = left.or_else(available_memory).unwrap_or(u64::MAX);
+        let texel = 6 * (MAP_TEXEL_BYTES + DISTANCE_BYTES * (self.lights.len() as u64 - 1));
         let dial = Dial {
             triangles: self.casters.triangles,
             options: self.common.options(),
@@ -166,7 +188,7 @@ impl Run<'_> {
         let content = if is_sun(self.lights[0]) { Content::Square(size) } else { Content::Cube(size) };
         self.more.insert("map".into(), map_json(size, &pencils));
         let options = self.common.options();
-        let mut writer = Writer::new(names, content, &mut self.hash);
+        let mut writer = Writer::new(names, content, self.lights.len(), &mut self.hash);
         let mut frame = Frame::keeping_order();
         for (repeat, milliseconds) in self.times.engine.iter_mut().enumerate() {
             if !self.common.keep_order {
@@ -175,7 +197,6 @@ impl Run<'_> {
             let is_last = repeat + 1 == self.common.repeat as usize;
             for pencil in &pencils {
                 let casters = &self.casters;
-                let mut values = Vec::with_capacity(if is_last { pencil.len() } else { 0 });
                 // Surfaces are diced for a map as a whole.
                 let pieces =
                     if casters.surfaces.is_empty() { in_pieces(pencil)? } else { vec![pencil.clone()] };
@@ -193,14 +214,15 @@ impl Run<'_> {
                     }
                     self.stats = self.stats.then(stats);
                     self.rays += pencil.len();
-                    values.append(&mut timed(&mut self.times.shade, || {
+                    let values = timed(&mut self.times.shade, || {
                         let nearest = distances(casters.triangles, pencil, frame.hits());
                         seen.iter()
                             .fold(nearest, |nearest, hits| nearer(nearest, &surface_distances(pencil, hits)))
-                    }));
+                    });
+                    timed(&mut self.times.write, || writer.put(&values));
                 }
                 if is_last {
-                    timed(&mut self.times.write, || writer.put(values))?;
+                    timed(&mut self.times.write, || writer.end())?;
                 }
             }
         }
@@ -270,10 +292,14 @@ impl Run<'_> {
             Lens::Cube => Content::CubeMask(camera.width),
             _ => Content::Mask(camera.width, camera.height),
         };
-        let mut writer = Writer::new(names, content, &mut self.hash);
+        let mut writer = Writer::new(names, content, self.lights.len(), &mut self.hash);
         for light in 0..self.lights.len() {
             let mask = timed(&mut self.times.shade, || counts.mask(light));
-            timed(&mut self.times.write, || writer.put(mask))?;
+            timed(&mut self.times.write, || {
+                writer.put(&mask);
+                drop(mask);
+                writer.end()
+            })?;
         }
         timed(&mut self.times.write, || writer.finish())
     }
@@ -320,6 +346,7 @@ impl Run<'_> {
             options: self.common.options(),
             times: &self.times,
             stats: self.stats,
+            forecast: self.forecast,
             hash: self.hash.finalize(),
         };
         self.common.report.as_deref().map_or(Ok(()), |path| report.write_with(path, self.more))
@@ -334,34 +361,95 @@ fn nearer(mut nearest: Vec<f32>, others: &[f32]) -> Vec<f32> {
     nearest
 }
 
-/// Stops before the start when too much memory would be needed.
+/// Stops before the start when too much memory would be needed. Gives the bytes of the process.
 fn check_memory(
     args: &ShadowArgs,
-    scene: &Scene,
+    scene: &ShadowScene,
     camera: &Camera,
     lights: &[Origin],
     common: &Common,
-) -> Result<(), Error> {
-    let square = |size: u32| u64::from(size) * u64::from(size);
-    let count = lights.len() as u64;
-    let faces = if is_sun(lights[0]) { 1 } else { 6 };
+) -> Result<u64, Error> {
+    let (mesh, room) = (&scene.mesh, Room::beside(&scene.mesh));
+    let is_picture = args.mask.is_some() || args.compare.is_some() || args.dial.goal().is_some();
+    let look = Look { lights: lights.to_vec(), ..Look::default() };
+    let shares = match is_picture && !args.is_of_surface() {
+        true => Shares::of(mesh, camera, &look, &common.options())?,
+        false => Shares::whole(lights.len()),
+    };
+    let corners = if args.is_of_surface() { SURFACE_HIT_BYTES - HIT_BYTES + CORNERS_BYTES } else { 0 };
+    let rays = Rays::of_camera(camera);
+    let rays = Rays { hit_bytes: rays.hit_bytes + corners, ..rays };
+    let triangles = scene.triangles();
     // The dial chooses no size that is too large.
     let is_size_known = args.output.is_some() && args.dial.goal().is_none();
-    let maps =
-        if is_size_known { square(args.map_size()) * faces * (MAP_TEXEL_BYTES + 4 * count) } else { 0 };
-    let picture = args.mask.is_some() || args.compare.is_some() || args.dial.goal().is_some();
-    let scattered = if camera.lens.bends_lines() { SCATTERED_BYTES } else { 0 };
-    let surface = if args.is_of_surface() { SURFACE_PIXEL_BYTES + CORNERS_BYTES } else { 0 };
-    let pixel = MASK_PIXEL_BYTES + (SHADOW_BYTES + 6) * count + scattered + surface;
-    let pixels = u64::from(camera.width) * u64::from(camera.rows());
-    let masks = if picture { pixels * pixel } else { 0 };
-    let compared =
-        args.compare.iter().flat_map(|sizes| &sizes.0).map(|&size| square(size) * 6 * MAP_TEXEL_BYTES);
-    let largest = maps.max(masks + compared.max().unwrap_or(0));
-    let remedy = match (maps >= masks, is_sun(lights[0])) {
+    let maps = if is_size_known { map_bytes(args, lights, scene.casters().len() as u64)? } else { 0 };
+    let mut tally = Tally::default();
+    if is_picture {
+        tally.keep(rays.engine(triangles, common.path));
+        masks(args, (&rays, &shares), &mut tally);
+    }
+    let compared = args.compare.iter().flat_map(|sizes| &sizes.0).max();
+    let [asked, _] = shares.receivers(rays.rays);
+    if let Some(&size) = compared {
+        // The receivers, and what is found for each, are there as well.
+        let found = asked + asked / RECEIVER_BYTES * COMPARED_BYTES + rays.rays * ID_BYTES;
+        tally.pass(square(size) * 6 * MAP_TEXEL_BYTES + found);
+    }
+    let remedy = match (maps >= tally.most, is_sun(lights[0])) {
         (false, _) => "--size",
         (true, true) => "--map-size",
         (true, false) => "--cube-size",
     };
-    limit_memory(largest, scene, remedy, common)
+    room.limit(maps.max(tally.most), remedy, common)
+}
+
+fn square(size: u32) -> u64 {
+    u64::from(size) * u64::from(size)
+}
+
+/// What the maps of lights take, one after the other.
+fn map_bytes(args: &ShadowArgs, lights: &[Origin], surfaces: u64) -> Result<u64, Error> {
+    let faces = if is_sun(lights[0]) { 1 } else { 6 };
+    let (texels, lights) = (faces * square(args.map_size()), lights.len() as u64);
+    let output = args.output.as_deref().unwrap_or(Path::new(""));
+    // Surfaces are diced for a map as a whole.
+    let cube = (faces == 6 && surfaces == 0).then(|| cube_pencil(DVec3::ZERO, args.map_size()));
+    // A cube of too many rays is refused for its size.
+    let asked = match cube {
+        Some(Ok(cube)) => in_pieces(&cube)?.first().map_or(0, |piece| piece.len() as u64),
+        _ => texels,
+    };
+    let mut tally = Tally::default();
+    // One array holds the maps of all lights.
+    let together = if extension(output) == "npy" { lights } else { 1 };
+    tally.keep(asked * HIT_BYTES + (together - 1) * texels * DISTANCE_BYTES);
+    tally.pass(asked * (surfaces * SURFACE_HIT_BYTES + DISTANCE_BYTES * (1 + surfaces.min(1))));
+    tally.keep(texels * DISTANCE_BYTES);
+    tally.pass(asked * DISTANCE_BYTES);
+    if extension(output) == "png" {
+        tally.pass(texels * CODE_BYTES);
+    }
+    Ok(tally.most)
+}
+
+/// What the masks of a picture take: what is seen, its receivers, and counts of samples.
+fn masks(args: &ShadowArgs, (rays, shares): (&Rays, &Shares), tally: &mut Tally) {
+    let lights = shares.lit.len() as u64;
+    let [receivers, ordered] = shares.receivers(rays.rays);
+    tally.keep(rays.bytes());
+    if args.mask.is_some() {
+        let counted = shares.hit + shares.lit.iter().sum::<f64>();
+        tally.keep((counted * (rays.pixels * COUNT_BYTES) as f64) as u64);
+    }
+    // The ids are copied, and each receiver has an answer.
+    let ids = rays.rays * ID_BYTES;
+    tally.keep(ids + receivers + receivers / RECEIVER_BYTES);
+    tally.pass(ordered);
+    tally.free(ids + receivers + receivers / RECEIVER_BYTES);
+    let is_npy = args.mask.as_deref().is_some_and(|path| extension(path) == "npy");
+    // The mask of a light joins those of the others.
+    let numbers = if is_npy { lights + 1 } else { 2 };
+    tally.pass(
+        rays.pixels * (numbers * DISTANCE_BYTES).max(DISTANCE_BYTES + if is_npy { 0 } else { CODE_BYTES }),
+    );
 }

@@ -55,6 +55,12 @@ impl ShadowScene {
         Ok(occluders)
     }
 
+    /// How many triangles there are in all.
+    pub(crate) fn triangles(&self) -> u64 {
+        let meshes = self.meshes.iter().chain([&self.mesh]);
+        meshes.map(|mesh| mesh.triangles.len() as u64).sum()
+    }
+
     /// All surfaces on demand that cast shadows.
     pub(crate) fn casters(&self) -> Vec<&Surfaces> {
         self.surface.iter().chain(&self.surfaces).map(|scene| &scene.surfaces).collect()

@@ -24,10 +24,10 @@ use umbel::{Error, Origin, Scene};
 
 use crate::args::{Cli, Command};
 use crate::bake::source::Source;
-use crate::bake::{make_plan, occluders};
+use crate::bake::{make_plan, occluders, set_name};
 use crate::common::Common;
-use crate::memory::SURFACE_PIXEL_BYTES;
-use crate::memory::{PIXEL_BYTES, SHADOW_BYTES, limit_memory};
+use crate::forecast::{HIT_BYTES, RECEIVER_BYTES, Rays, SURFACE_HIT_BYTES};
+use crate::memory::Room;
 use crate::report::Times;
 use crate::reyes::args::ReyesArgs;
 use crate::run::{load_scene, progress};
@@ -37,10 +37,16 @@ use crate::trade::report::{Findings, Measured, Rounded};
 use crate::trade::settings::{Changes, REFERENCE_RATE, Setting, settings};
 use crate::trade::subject::{Answer, BakeSubject, ShadowSubject, Subject};
 
-/// Bytes of a pixel or receiver beside those of the verb: its numbers here, of the default and of the reference.
-const ITEM_BYTES: u64 = 60;
-/// Bytes of the largest cube map that is measured: 6 faces of 2048 x 2048, 24 each.
-const CUBE_BYTES: u64 = 6 * 2048 * 2048 * 24;
+/// Bytes of the numbers of a pixel of a picture: those of a setting, of the default and of the reference, a colour in f32, id and t.
+const ITEM_BYTES: u64 = 3 * (12 + 8);
+/// Bytes of a pixel while a setting's picture is made: hits, and what the general path takes, one of the settings.
+const PASS_BYTES: u64 = 8 + 8 + 88;
+/// What settings with threads of their own leave behind: about so many bytes of a pixel in lists of free memory, and stacks.
+const POOL_BYTES: [u64; 2] = [48, 3 << 20];
+/// Bytes of a pixel of a mask: counts, and the numbers of a setting, of the default and of the reference.
+const MASK_BYTES: u64 = 4 + 3 * 4;
+/// Bytes of the largest cube map that is measured: 6 faces of 2048 x 2048, 16 each.
+const CUBE_BYTES: u64 = 6 * 2048 * 2048 * 16;
 
 /// A setting that is measured.
 struct Point {
@@ -72,13 +78,13 @@ pub(crate) fn trade(args: &TradeArgs, common: &Common) -> Result<(), Error> {
     match &base.command {
         Command::Shadow(verb) => {
             let camera = verb.camera.camera_beside_cube(&scene)?;
-            let pixels = u64::from(camera.width) * u64::from(camera.rows());
-            let bytes = pixels * (ITEM_BYTES + SHADOW_BYTES) + CUBE_BYTES;
-            limit_memory(bytes, &scene, "--size", common)?;
+            let rays = Rays::of_camera(&camera);
+            let bytes = rays.bytes() + rays.pixels * (MASK_BYTES + RECEIVER_BYTES) + CUBE_BYTES;
+            Room::beside(&scene).limit(bytes, "--size", common)?;
             let subject = ShadowSubject::new(&scene, verb)?;
             let has_cubes = !subject.lights.iter().any(|light| matches!(light, Origin::Infinity(_)));
             let canvas = Canvas::of_camera(&subject.camera, true);
-            measure(args, common, &scene, &Subject::Shadow(subject), (&canvas, has_cubes))
+            measure(args, common, &scene, &Subject::Shadow(subject), (&canvas, (has_cubes, "")))
         }
         Command::Bake(verb) => {
             if verb.occluders.has_surfaces() {
@@ -90,14 +96,22 @@ pub(crate) fn trade(args: &TradeArgs, common: &Common) -> Result<(), Error> {
             let (source, triangles) = (Source::new(verb, &scene)?, occluders.geometry()?);
             let canvas = Canvas::of_source(&source, &scene)?;
             let subject = BakeSubject { scene: &scene, source, triangles, piece };
-            measure(args, common, &scene, &Subject::Bake(subject), (&canvas, verb.takes_maps()))
+            measure(
+                args,
+                common,
+                &scene,
+                &Subject::Bake(subject),
+                (&canvas, (verb.takes_maps(), set_name(verb.options(&scene).set))),
+            )
         }
         Command::Render(verb) => {
             let camera = verb.camera.camera(&scene)?;
-            let pixels = u64::from(camera.width) * u64::from(camera.rows());
-            limit_memory(pixels * (ITEM_BYTES + PIXEL_BYTES), &scene, "--size", common)?;
+            let rays = Rays::of_camera(&camera);
+            let pools = if common.threads == 0 { POOL_BYTES } else { [0; 2] };
+            let bytes = rays.bytes() + rays.pixels * (ITEM_BYTES + PASS_BYTES + pools[0]) + pools[1];
+            Room::beside(&scene).limit(bytes, "--size", common)?;
             let canvas = Canvas::of_camera(&camera, false);
-            measure(args, common, &scene, &Subject::Render(&scene), (&canvas, false))
+            measure(args, common, &scene, &Subject::Render(&scene), (&canvas, (false, "")))
         }
         _ => Err(Error::Usage("trade measures render, shadow, bake or reyes".into())),
     }
@@ -108,10 +122,12 @@ fn trade_reyes(args: &TradeArgs, common: &Common, verb: &ReyesArgs) -> Result<()
     let surfaces = verb.load(common)?;
     let camera = verb.framing(&surfaces)?;
     let named = Scene { name: surfaces.name.clone(), offset: surfaces.offset, ..Scene::default() };
-    let pixels = u64::from(camera.width) * u64::from(camera.rows());
-    limit_memory(pixels * (ITEM_BYTES + PIXEL_BYTES + SURFACE_PIXEL_BYTES), &named, "--size", common)?;
+    let rays = Rays::of_camera(&camera);
+    let hits = 2 * (SURFACE_HIT_BYTES - HIT_BYTES);
+    let bytes = rays.pixels * (ITEM_BYTES + PASS_BYTES + hits);
+    Room::beside(&named).limit(bytes, "--size", common)?;
     let canvas = Canvas::of_camera(&camera, false);
-    measure(args, common, &named, &Subject::Reyes(&surfaces), (&canvas, false))
+    measure(args, common, &named, &Subject::Reyes(&surfaces), (&canvas, (false, "")))
 }
 
 /// The output that every setting has, so that its command line can be run.
@@ -179,7 +195,7 @@ fn measure(
     common: &Common,
     scene: &Scene,
     subject: &Subject<'_>,
-    (canvas, has_maps): (&Canvas, bool),
+    (canvas, varied): (&Canvas, (bool, &str)),
 ) -> Result<(), Error> {
     let own = output_words(args);
     let more = |option: &str| [own.clone(), vec![option.to_owned(), args.reference().to_string()]].concat();
@@ -201,7 +217,7 @@ fn measure(
         !options.into_iter().any(fixed)
     };
     let varied: Vec<Setting> =
-        settings(args.mode, has_maps, output_of(args)).into_iter().filter(is_free).collect();
+        settings(args.mode, varied, output_of(args)).into_iter().filter(is_free).collect();
     let Some(default) = varied.iter().position(|setting| setting.is_default) else {
         let what = "--samples of render and reyes, --shading-rate of reyes and --rays of bake are varied by trade itself: leave them out behind --";
         return Err(Error::Usage(what.into()));

@@ -16,7 +16,7 @@ const CUBE_SIZES: [u32; 6] = [64, 128, 256, 512, 1024, 2048];
 const RAYS: [u32; 6] = [8, 16, 32, 64, 128, 256];
 /// Texels along the longer side of depth maps.
 const DEPTH_MAPS: [u32; 4] = [128, 256, 512, 1024];
-/// Sample sets, the default first.
+/// Sample sets.
 const SETS: [&str; 3] = ["shared", "interleaved", "independent"];
 
 /// Edges of micropolygons in pixels, the default second to last, and samples per pixel with each.
@@ -77,8 +77,9 @@ impl Setting {
     }
 }
 
-/// All settings of a mode. With suns there are no cube maps, and with a greatest distance no depth maps.
-pub(crate) fn settings(mode: ModeArg, has_maps: bool, output: &str) -> Vec<Setting> {
+/// All settings of a mode. With suns there are no cube maps, and with a greatest distance no depth maps; `set` is what a bake takes where
+/// no set is named.
+pub(crate) fn settings(mode: ModeArg, (has_maps, set): (bool, &str), output: &str) -> Vec<Setting> {
     let answer = |series, label: String, words: String| Setting::new(series, label, &words, Changes::Answer);
     let mut all: Vec<Setting> = match mode {
         ModeArg::Render => SAMPLES
@@ -95,15 +96,13 @@ pub(crate) fn settings(mode: ModeArg, has_maps: bool, output: &str) -> Vec<Setti
             [exact].into_iter().chain(cubes).collect()
         }
         ModeArg::Bake => {
-            let of_set = |&set: &&'static str| {
+            let of_set = |&of: &&'static str| {
                 // The others are slower: fewer points of them say as much.
-                let rays = if set == "shared" { &RAYS[..] } else { &RAYS[..4] };
+                let rays = if of == "shared" { &RAYS[..] } else { &RAYS[..4] };
                 rays.iter().map(move |&n| {
-                    let words = match set {
-                        "shared" => format!("--rays {n}"),
-                        _ => format!("--rays {n} --set {set}"),
-                    };
-                    answer(set, n.to_string(), words).default_if(set == "shared" && n == 64)
+                    let words =
+                        if of == set { format!("--rays {n}") } else { format!("--rays {n} --set {of}") };
+                    answer(of, n.to_string(), words).default_if(of == set && n == 64)
                 })
             };
             let with_maps = |n: &u32| {

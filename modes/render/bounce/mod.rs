@@ -40,9 +40,6 @@ pub(crate) const WAVE: usize = 1 << 19;
 /// The paths for which planar mirrors are traced at last.
 const MIRRORED: usize = 1 << 21;
 
-/// Bytes of such a path: its place and share, its number and place in a pencil, its hit; and hits of up to four rays of the pencil.
-const MIRRORED_BYTES: u64 = 16 + 8 + 12 + 4 * 8;
-
 /// Camera rays whose hits spawn together.
 const SPAWNING: usize = 1 << 15;
 
@@ -69,18 +66,17 @@ impl Followed {
 }
 
 impl Bounces {
-    /// The most bytes that waves take for a picture with so many pixels and lights, without the engine's own.
+    /// About how many bytes waves take at most, without the engine's own: for so many rays of each bounce, as
+    /// [`Followed::rays`] tells them of a smaller picture, and so many lights.
     #[must_use]
-    pub fn forecast(&self, pixels: u64, lights: u64) -> u64 {
-        let most = if self.reflect || self.refract { self.most } else { 0 };
-        let spawned = |bounce: u32| pixels.saturating_mul(1 << bounce.min(40)).min(2 * WAVE as u64);
-        let waiting: u64 = (1..=most).map(|bounce| spawned(bounce) * PATH_BYTES).sum();
-        let longest = if most > 0 { spawned(most) } else { 0 };
-        // New paths are copied twice before they wait.
-        let traced = longest.min(WAVE as u64) * (TRACED_BYTES[0] + lights * TRACED_BYTES[1]);
-        let mirrored =
-            if self.reflect && most > 0 { pixels.min(MIRRORED as u64) * MIRRORED_BYTES } else { 0 };
-        waiting + traced + 2 * longest * PATH_BYTES + mirrored
+    pub fn forecast(&self, rays: &[u64], lights: u64) -> u64 {
+        let waves = rays.iter().map(|&rays| rays.min(WAVE as u64));
+        // A wave and what it spawns, which is copied twice before it waits.
+        let waiting: u64 = waves.clone().map(|rays| rays * PATH_BYTES).sum();
+        let longest = waves.clone().max().unwrap_or(0);
+        let traced = longest * (TRACED_BYTES[0] + lights * TRACED_BYTES[1]);
+        let spawned = waves.skip(1).max().unwrap_or(0);
+        waiting + traced + 2 * spawned * PATH_BYTES
     }
 }
 
@@ -326,11 +322,11 @@ mod tests {
 
     #[test]
     fn forecasts_are_bounded() {
-        let bounces = |most| Bounces { reflect: true, refract: true, most };
-        assert_eq!(bounces(0).forecast(1 << 40, 3), 0);
-        let deep = bounces(4).forecast(1 << 40, 1);
-        assert!(deep < 800 << 20, "{deep}");
-        assert!(bounces(64).forecast(u64::MAX, 1) < 16 * deep);
-        assert!(bounces(1).forecast(1000, 0) < 1_000_000);
+        let bounces = Bounces { reflect: true, refract: true, most: 4 };
+        assert_eq!(bounces.forecast(&[], 3), 0);
+        let deep = bounces.forecast(&[1 << 40; 4], 1);
+        assert!(deep > 100_000_000, "{deep}");
+        assert!(bounces.forecast(&[u64::MAX; 64], 1) < 16 * deep);
+        assert!(bounces.forecast(&[1000], 0) < 1_000_000);
     }
 }

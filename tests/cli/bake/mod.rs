@@ -18,6 +18,7 @@ mod sets;
 mod texels;
 mod vertices;
 
+use common::command::Place;
 use umbel::bake::{Bake, BakeOptions, BakeReceivers, Baked};
 use umbel::engine::{Above, Hemisphere, Receiver};
 use umbel::glam::DVec3;
@@ -104,4 +105,22 @@ fn npy(dtype: &str, shape: &str, data: &[u8]) -> Vec<u8> {
 fn npy_points(rows: &[[f32; 6]]) -> Vec<u8> {
     let data: Vec<u8> = rows.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
     npy("<f4", &format!("{}, 6", rows.len()), &data)
+}
+
+/// Runs a bake with the most memory with which it takes its receivers in pieces. How much that is depends on what the program itself
+/// takes: the limit comes down from the forecast of a run without one.
+fn in_pieces(place: &Place, line: &str) {
+    place.quiet_run(&format!("{line} --report r.json"));
+    let forecast = place.json("r.json")["forecast_bytes"].as_u64().expect("a number");
+    for part in 1..40 {
+        let limit = forecast - part * forecast / 100;
+        let run = place.run(&format!("{line} --report r.json --max-memory {limit}"));
+        assert_eq!(run.code, Some(0), "umbel {line} --max-memory {limit}: {}", run.stderr);
+        let report = place.json("r.json");
+        let number = |name: &str| report["bake"][name].as_u64().expect("a number");
+        if number("receivers") > number("receivers_at_once") {
+            return;
+        }
+    }
+    panic!("umbel {line}: never in pieces");
 }

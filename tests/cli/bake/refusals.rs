@@ -155,15 +155,18 @@ fn scenes_and_places() {
 fn limits_stop_before_the_start() {
     for (line, named) in [
         ("--vertices -o a.npy --max-memory 500", "--max-memory"),
-        ("--texels 1000 -o a.png --max-memory 10M", "--texels"),
         ("--points p.npy -o a.npy --max-memory 300", "--points"),
-        ("--vertices --dump-rays d.npy --rays 60000 --max-memory 10M", "--max-memory"),
+        ("--vertices --dump-rays d.npy --rays 60000 --max-memory 20M", "--max-memory"),
     ] {
         refuse(&format!("bake floor.obj {line}"), 4, named);
     }
     let place = place!();
     place.put("floor.obj", FLOOR);
-    place.quiet_run("bake floor.obj --vertices -o a.npy --max-memory 2k");
+    place.quiet_run("bake floor.obj --vertices -o a.npy --max-memory 16M");
+    place.put("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n");
+    let run = place.run("bake one.obj --texels 2000 -o b.png --max-memory 16M");
+    assert!(run.code == Some(4) && run.stderr.contains("--texels"), "{}", run.stderr);
+    assert_eq!(place.names(), ["a.npy", "floor.obj", "one.obj"]);
 }
 
 #[cfg(target_os = "linux")]

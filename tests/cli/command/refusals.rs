@@ -149,7 +149,7 @@ fn a_limit_stops_before_the_start() {
     refuse("render squares.obj --max-memory 10k", 4, "--max-memory");
     refuse("render --size 65536x65535 --max-memory 1G", 4, "--size");
     refuse("verify squares.obj --max-memory 1k", 4, "--max-memory");
-    place!().quiet_run("render builtin:cornell --size 64x64 --max-memory 1M -o a.png");
+    place!().quiet_run("render builtin:cornell --size 64x64 --max-memory 16M -o a.png");
 }
 
 #[test]

@@ -155,7 +155,7 @@ fn what_makes_no_sense_is_refused() {
         ("--reflect --bounces=-1 -o a.png", 2, "--bounces"),
         ("--reflect -o a.ply", 2, "-o FILE.png"),
         ("--mirror all --aov id=a.npy", 2, "-o FILE.png"),
-        ("--reflect --size 640x480 -o a.png --max-memory 20M", 4, "--size"),
+        ("--reflect --size 1280x960 -o a.png --max-memory 40M", 4, "--size"),
     ] {
         let place = place();
         let run = place.run(&format!("render a.obj {line}"));
@@ -164,7 +164,7 @@ fn what_makes_no_sense_is_refused() {
         assert_eq!(place.names(), ["a.mtl", "a.obj"], "{line}");
     }
     let place = place();
-    place.quiet_run("render a.obj --size 640x480 --max-memory 20M -o a.png");
+    place.quiet_run("render a.obj --size 1280x960 --max-memory 50M -o a.png");
     let run = place.run("render a.obj --size 8x8 --refract -o a.png");
     assert_eq!((run.code, run.stdout.as_str()), (Some(0), ""));
     assert!(run.stderr.contains("--glass NAME"), "{}", run.stderr);

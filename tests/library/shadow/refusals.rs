@@ -112,9 +112,9 @@ fn limits_stop_before_the_start() {
     refuse("shadow floor.obj --light 1,2,3 --mask a.npy --max-memory 1M", 4, "--size");
     refuse("shadow floor.obj --sun 1,2,3 -o a.npy --max-memory 1M", 4, "--map-size");
     refuse("shadow floor.obj --light 1,2,3 -o a.npy --cube-size 32768 --max-memory 8G", 4, "--max-memory");
-    // A light needs half as much again as the picture.
-    refuse("render floor.obj --light 1,2,3 -o a.png --size 120x120 --max-memory 1M", 4, "--size");
+    // A picture takes more than its scene.
+    refuse("render floor.obj --light 1,2,3 -o a.png --size 1000x1000 --max-memory 20M", 4, "--size");
     let place = place!();
     place.put("floor.obj", FLOOR);
-    place.quiet_run("render floor.obj -o a.png --size 120x120 --max-memory 1M");
+    place.quiet_run("render floor.obj -o a.png --size 120x120 --max-memory 16M");
 }
