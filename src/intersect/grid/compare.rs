@@ -52,7 +52,7 @@ impl Tile<'_, TileDepth> {
         let order = if asked < ORDER_PAYS { None } else { self.order(pair) };
         let relation = match order {
             Some(order) if order.is_zero() => Relation::Equal,
-            Some(order) => Relation::Along(order),
+            Some(order) => self.work.depth.relations.remember_order(pair, order),
             None => Relation::Asked(asked),
         };
         self.work.depth.relations.remember(pair, relation);
@@ -72,11 +72,11 @@ impl Tile<'_, TileDepth> {
         self.query.view.film.at(self.rect.x0, self.rect.y0)
     }
 
-    /// The sign of an order at a ray of the tile, or at the last one where there is none.
+    /// The sign of an order, given its number, at a ray of the tile, or at the last one where there is none.
     #[inline]
-    pub(crate) fn order_at(&self, order: &Order, [x, y]: [u32; 2]) -> Option<Sign> {
+    pub(crate) fn order_at(&self, number: u8, [x, y]: [u32; 2]) -> Option<Sign> {
         let [x, y] = [(self.rect.x0 + x).min(self.rect.x1 - 1), (self.rect.y0 + y).min(self.rect.y1 - 1)];
-        order.at(self.query.view.film.at(x, y))
+        self.work.depth.relations.order(number).at(self.query.view.film.at(x, y))
     }
 
     /// The same, not known yet.

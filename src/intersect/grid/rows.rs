@@ -338,7 +338,7 @@ impl Tile<'_, TileDepth> {
             Relation::Farther => [rays, 0],
             Relation::Along(order) => {
                 // In range: eight columns.
-                let sign = |lane: usize| self.order_at(&order, [x + lane as u32, j]);
+                let sign = |lane: usize| self.order_at(order, [x + lane as u32, j]);
                 bits(rays).fold([0; 2], |[decided, nearer], lane| match sign(lane) {
                     Some(Sign::Positive) => [decided | 1 << lane, nearer | 1 << lane],
                     Some(_) => [decided | 1 << lane, nearer],
@@ -379,8 +379,8 @@ impl Tile<'_, TileDepth> {
             Relation::Equal => Some(id < other),
             Relation::Farther => Some(false),
             Relation::Along(order) => {
-                let sign = self.order_at(&order, [x0, y0])?;
-                let same = |at| self.order_at(&order, at) == Some(sign);
+                let sign = self.order_at(order, [x0, y0])?;
+                let same = |at| self.order_at(order, at) == Some(sign);
                 [[x1, y0], [x0, y1], [x1, y1]].into_iter().all(same).then_some(sign == Sign::Positive)
             }
             Relation::Asked(_) => None,
