@@ -89,6 +89,17 @@ counters! {
 }
 
 impl Stats {
+    /// Questions that filters left to more exact arithmetic, of all kinds: of f32 on films, of f64 elsewhere.
+    #[must_use]
+    pub fn doubts(&self) -> u64 {
+        self.doubtful_samples
+            + self.ambiguous_coverage
+            + self.edge_ties
+            + self.ambiguous_order
+            + self.ambiguous_limit
+            + self.ambiguous_distance
+    }
+
     /// The sum of two parts of a query. Bytes add up, as both parts live at the same time.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
@@ -133,7 +144,17 @@ impl TileStats {
     /// Pairs of a ray and a triangle that were evaluated, per ray of the tile.
     #[must_use]
     pub fn samples_per_ray(&self) -> f64 {
-        let sides = [self.columns, self.rows].map(|[first, end]| f64::from(end - first));
-        self.stats.samples_tested as f64 / (sides[0] * sides[1])
+        self.stats.samples_tested as f64 / self.rays()
+    }
+
+    /// [`Stats::doubts`], per ray of the tile.
+    #[must_use]
+    pub fn doubts_per_ray(&self) -> f64 {
+        self.stats.doubts() as f64 / self.rays()
+    }
+
+    fn rays(&self) -> f64 {
+        let [width, height] = [self.columns, self.rows].map(|[first, end]| f64::from(end - first));
+        width * height
     }
 }

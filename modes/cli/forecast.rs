@@ -284,6 +284,6 @@ fn numbers_of(aov: Aov) -> u64 {
     match aov {
         Aov::Normal | Aov::Position => 3,
         Aov::Bary | Aov::Uv => 2,
-        Aov::Id | Aov::Depth | Aov::Distance | Aov::Object | Aov::Work => 1,
+        Aov::Id | Aov::Depth | Aov::Distance | Aov::Object | Aov::Work | Aov::Doubts => 1,
     }
 }

@@ -192,6 +192,7 @@ fn exr_channels(aov: Aov, data: AovData) -> Vec<Channel> {
         Aov::Normal => &["N.X", "N.Y", "N.Z"],
         Aov::Position => &["P.X", "P.Y", "P.Z"],
         Aov::Work => &["work"],
+        Aov::Doubts => &["doubts"],
         Aov::Bary => &["bary.u", "bary.v"],
         Aov::Uv => &["uv.u", "uv.v"],
     };

@@ -36,7 +36,7 @@ use crate::render::bounce::{Surroundings, WAVE};
 use crate::render::lamps::Lamps;
 use crate::render::queries::{Queries, timed};
 use crate::render::shade::{Shader, background_of};
-use crate::render::work::work_of;
+use crate::render::work::heat_of;
 use crate::scene::Scene;
 use crate::scene::camera::{Camera, Shot};
 use crate::scene::hit_points::{distance, position};
@@ -80,6 +80,9 @@ pub enum Aov {
     /// tile of 64x64 rays. On the general path, and of a lens that bends straight lines, that of the pixel's own ray, where it
     /// was counted ([`Frame::counting_pairs`]); else NaN, and the mean of all rays of the lens.
     Work,
+    /// Questions that were left to more exact arithmetic, per ray ([`Stats::doubts`]): the mean of the pixel's tile, or of all rays of a lens
+    /// that bends straight lines. NaN on the general path.
+    Doubts,
 }
 
 /// The values of an [`Aov`], pixel by pixel.
@@ -309,8 +312,12 @@ impl VisibilityBuffer {
                 self.derived([f32::NAN; 3], |ray, hit| position(&triangles, scene.offset, ray, hit))
             }
             Aov::Work => {
-                let work = work_of(&self.shot.pencil, &self.tiles, &self.pairs);
+                let work = heat_of(&self.shot.pencil, (&self.tiles, TileStats::samples_per_ray), &self.pairs);
                 AovData::F32(1, self.spread(work, &[f32::NAN]))
+            }
+            Aov::Doubts => {
+                let doubts = heat_of(&self.shot.pencil, (&self.tiles, TileStats::doubts_per_ray), &[]);
+                AovData::F32(1, self.spread(doubts, &[f32::NAN]))
             }
             Aov::Uv => self.derived([f32::NAN; 2], |ray, hit| {
                 let weights = triangles.barycentrics(hit.id, ray);

@@ -9,7 +9,8 @@ use std::time::Duration;
 use rayon::prelude::*;
 use umbel_core::glam::DVec3;
 use umbel_core::{
-    Dicing, NO_TRIANGLE, Options, Origin, Stats, SurfaceHits, TriangleId, Triangles, shadowed_on_demand,
+    Dicing, NO_TRIANGLE, Options, Origin, Stats, SurfaceHits, TileStats, TriangleId, Triangles,
+    shadowed_on_demand,
 };
 
 use crate::error::Error;
@@ -19,7 +20,7 @@ use crate::render::lamps::Lamps;
 use crate::render::point_cloud::{SeenPoint, seen_points};
 use crate::render::queries::timed;
 use crate::render::shade::{Appearance, background_of};
-use crate::render::work::work_of;
+use crate::render::work::heat_of;
 use crate::render::{Aov, AovData, Preview, numbers, spread};
 use crate::scene::CLAY;
 use crate::scene::camera::{Camera, Shot};
@@ -150,12 +151,18 @@ impl SurfaceBuffer {
             }),
             Aov::Uv => self.derived([f32::NAN; 2], |k| self.hits.uvs()[k]),
             Aov::Work => {
-                let work = work_of(&self.shot.pencil, self.hits.tiles(), self.hits.pairs());
+                let tiles = self.hits.tiles();
+                let work = heat_of(&self.shot.pencil, (tiles, TileStats::samples_per_ray), self.hits.pairs());
                 AovData::F32(1, spread(&self.shot, self.pixels, work, &[f32::NAN]))
+            }
+            Aov::Doubts => {
+                let tiles = self.hits.tiles();
+                let doubts = heat_of(&self.shot.pencil, (tiles, TileStats::doubts_per_ray), &[]);
+                AovData::F32(1, spread(&self.shot, self.pixels, doubts, &[f32::NAN]))
             }
             Aov::Bary | Aov::Object => {
                 return Err(Error::Usage(
-                    "bary and object are of triangles; surfaces on demand have id, depth, distance, normal, position, uv and work".into(),
+                    "bary and object are of triangles; surfaces on demand have id, depth, distance, normal, position, uv, work and doubts".into(),
                 ));
             }
         })

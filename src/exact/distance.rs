@@ -62,7 +62,7 @@ impl<'a> Distance<'a> {
         let Self { signs, numerator, .. } = distance;
         // Where every product is zero nothing was rounded: the origin lies in the plane. Common where rays leave walls along an
         // axis.
-        let within = numerator.value == 0.0 && numerator.error == 0.0;
+        let within = numerator.is_zero();
         let behind = signs[0].is_some() && signs[0] == signs[1].map(Sign::negated);
         (!within && !behind).then_some(distance)
     }

@@ -95,6 +95,18 @@ impl Approx {
         }
     }
 
+    /// Whether the true value is zero for certain: every product was zero, and nothing was rounded. Common where planes lie across axes.
+    #[inline(always)]
+    pub(crate) fn is_zero(self) -> bool {
+        self.value == 0.0 && self.error == 0.0
+    }
+
+    /// The sign of the true value, where the bound leaves no doubt, zero where that is evident.
+    #[inline(always)]
+    pub(crate) fn sign_or_zero(self) -> Option<Sign> {
+        if self.is_zero() { Some(Sign::Zero) } else { self.sign() }
+    }
+
     /// The product. With true factors (a + α)(b + β), |α| ≤ ea and |β| ≤ eb, the error is |a|eb + |b|ea + ea·eb and
     /// one rounding; five roundings of the bound are paid for by the factor.
     #[inline]

@@ -36,6 +36,9 @@ pub(crate) struct Order {
 }
 
 impl Order {
+    /// That of planes that are one.
+    pub(crate) const ZERO: Self = Self { base: DVec3::ZERO, constant: 0.0, slope: DVec3::ZERO };
+
     /// That of two triangles for rays from a point, or `None` where it is left open.
     pub(crate) fn from_point(o: DVec3, one: &Triangle, other: &Triangle) -> Option<Self> {
         fn on_grid<N: Number>([a, b, c, other_a, other_b, other_c, o]: &[[N; 3]; 7]) -> ([Scaled; 3], Sign) {
@@ -91,7 +94,7 @@ impl Order {
     fn new(base: DVec3, parts: [Scaled; 4], sign: Sign) -> Option<Self> {
         let nonzero = || parts.iter().filter(|part| part.value != 0.0).map(Scaled::magnitude);
         let (Some(least), Some(greatest)) = (nonzero().min(), nonzero().max()) else {
-            return Some(Self { base, constant: 0.0, slope: DVec3::ZERO });
+            return Some(Self::ZERO);
         };
         if greatest - least > RANGE || sign == Sign::Zero {
             return None;

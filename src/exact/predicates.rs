@@ -48,7 +48,12 @@ fn covers_filtered(ray: &Ray, triangle: &Triangle) -> Coverage {
     }
     // The side of the origin. It must have the sign of the edges.
     let normal = Cross::of(ab, ca);
-    let side = normal.dot(-a).sign();
+    let side = normal.dot(-a);
+    // The plane holds the origin. Common where receivers lie on walls.
+    if side.is_zero() {
+        return Coverage::Miss;
+    }
+    let side = side.sign();
     if side.is_some_and(|side| any(side.negated())) {
         return Coverage::Miss;
     }
@@ -163,7 +168,7 @@ fn tie_sign<N: Number>(a: &[N; 3], b: &[N; 3], d: &[N; 3], ties: Ties) -> Sign {
 /// The sign of (a − d)·((b − d)×(c − d)), that of (a − d)·((b − a)×(c − a)).
 #[inline]
 pub(crate) fn orientation(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Sign {
-    let filtered = Cross::of(b - a, c - a).dot(a - d).sign();
+    let filtered = Cross::of(b - a, c - a).dot(a - d).sign_or_zero();
     filtered.unwrap_or_else(|| exact_orientation(a, b, c, d))
 }
 
@@ -185,7 +190,7 @@ fn exact_orientation(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Sign {
 /// The sign of d·N.
 #[inline]
 pub(crate) fn facing(direction: DVec3, triangle: &Triangle) -> Sign {
-    let filtered = Cross::of(triangle.b - triangle.a, triangle.c - triangle.a).dot(direction).sign();
+    let filtered = Cross::of(triangle.b - triangle.a, triangle.c - triangle.a).dot(direction).sign_or_zero();
     filtered.unwrap_or_else(|| exact_facing(direction, triangle))
 }
 
@@ -212,10 +217,8 @@ pub(crate) fn separates(triangle: &Triangle, l: DVec3, p: DVec3, stats: &mut Sta
         return false;
     }
     let normal = Cross::of(b - a, c - a);
-    let sides = [normal.dot(a - l).sign(), normal.dot(a - p).sign()];
-    if let [Some(of_l), Some(of_p)] = sides
-        && of_l == of_p
-    {
+    let sides = [normal.dot(a - l).sign_or_zero(), normal.dot(a - p).sign_or_zero()];
+    if sides.contains(&Some(Sign::Zero)) || sides[0].is_some() && sides[0] == sides[1] {
         return false;
     }
     let d = p - l;

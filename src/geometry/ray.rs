@@ -73,6 +73,29 @@ pub(crate) fn check_origin(origin: DVec3) -> Result<(), Error> {
     }
 }
 
+/// A direction that the exact stage can take, for one that nobody has checked; `None` for zero and what is not finite. It is scaled by a
+/// power of two where it is too long or too short, and parts below 2⁻²⁴⁰ of the greatest then become zero.
+pub(crate) fn in_range(direction: DVec3) -> Option<DVec3> {
+    if check_direction(direction).is_ok() { Some(direction) } else { scaled_into_range(direction) }
+}
+
+#[cold]
+fn scaled_into_range(mut direction: DVec3) -> Option<DVec3> {
+    /// 2¹⁰⁰.
+    const FAR: f64 = (1_u128 << 100) as f64;
+    if !direction.is_finite() || direction == DVec3::ZERO {
+        return None;
+    }
+    // At most eleven times: f64 ranges from 2⁻¹⁰⁷⁴ to 2¹⁰²⁴.
+    while direction.abs().max_element() > DIRECTION_MAX {
+        direction /= FAR;
+    }
+    while direction.abs().max_element() < 1.0 {
+        direction *= FAR;
+    }
+    Some(DVec3::from_array(direction.to_array().map(|x| if x.abs() < DIRECTION_MIN { 0.0 } else { x })))
+}
+
 /// Refuses directions for which the exact stage could underflow or overflow.
 pub(crate) fn check_direction(direction: DVec3) -> Result<(), Error> {
     let fits = |x: f64| x == 0.0 || (DIRECTION_MIN..=DIRECTION_MAX).contains(&x.abs());

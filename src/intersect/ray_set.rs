@@ -176,6 +176,13 @@ impl RaySet<'_> {
                     return blocked;
                 }
                 // It is as near as the nearest, as far as is known.
+                Self::Rays(_) | Self::Samples(..) => {
+                    let nearer = precedes(ray, id, nearest.id, triangles, stats);
+                    if nearer {
+                        *nearest = Nearest { id, lo, hi: if hi < nearest.hi { hi } else { nearest.hi } };
+                    }
+                    return nearer;
+                }
                 _ => {}
             }
         }

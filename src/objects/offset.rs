@@ -23,7 +23,7 @@ use robust::{Coord, orient2d};
 use crate::exact::filter::{Approx, Cross, Sign};
 use crate::exact::predicates::{collinear, facing, orientation};
 use crate::geometry::aabb::widen;
-use crate::geometry::ray::Ray;
+use crate::geometry::ray::{Ray, in_range};
 use crate::geometry::triangles::{Triangle, TriangleId, Triangles};
 
 /// The distance from every edge, in ulp of the largest coordinate.
@@ -46,14 +46,17 @@ pub enum Side {
 }
 
 impl Triangles<'_> {
-    /// The side of a triangle that a direction leaves to, exactly; `None` for a direction in the plane, and for a
-    /// triangle without area.
+    /// The side of a triangle that a direction leaves to, exactly; `None` for a direction in the plane, for one that is zero or not
+    /// finite, and for a triangle without area.
+    ///
+    /// Directions may be longer or shorter than [`Ray::direction`] may be; parts below 2⁻²⁴⁰ of the greatest then count as zero.
     ///
     /// # Panics
     /// When there is no such triangle.
     #[must_use]
     pub fn side_toward(&self, id: TriangleId, direction: DVec3) -> Option<Side> {
-        match facing(direction, &self.triangle(id.0)) {
+        let triangle = self.triangle(id.0);
+        match facing(in_range(direction)?, &triangle) {
             Sign::Positive => Some(Side::Front),
             Sign::Negative => Some(Side::Back),
             Sign::Zero => None,

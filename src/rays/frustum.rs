@@ -99,6 +99,8 @@ pub(crate) struct Projection {
     pub(crate) base: DVec3,
     /// Whether the origin is a point, so that film coordinates are divided by t.
     pub(crate) perspective: bool,
+    /// Axes across which planes are parallel to all rays: those that a common direction has no part of.
+    pub(crate) level: [bool; 3],
     pub(crate) x: Functional,
     pub(crate) y: Functional,
     pub(crate) t: Functional,
@@ -123,7 +125,8 @@ impl Projection {
         let x = Functional::dual(u, v, delta);
         let y = Functional::dual(v, r, delta);
         let t = Functional::dual(r, u, delta);
-        Some(Self { base, perspective, x, y, t })
+        let level = v.to_array().map(|part| !perspective && part == 0.0);
+        Some(Self { base, perspective, level, x, y, t })
     }
 }
 
@@ -164,7 +167,7 @@ impl Frustum {
 
     /// The frustum over film coordinates x, y of a projection, for rays that start at t-coordinates `start`.
     pub(crate) fn new(projection: &Projection, x: Interval, y: Interval, start: Interval) -> Self {
-        let Projection { base, perspective, x: gx, y: gy, t } = *projection;
+        let Projection { base, perspective, x: gx, y: gy, t, .. } = *projection;
         let side = |g: &Functional, bound: f64, upper: bool| {
             // g ≥ bound·t or g ≤ bound·t for a point; without t at infinity.
             let (functional, offset) = if perspective { (g.minus(&t, bound), 0.0) } else { (*g, bound) };

@@ -21,7 +21,7 @@ use crate::exact::expansion::Expansion;
 use crate::exact::filter::{Cross, Sign};
 use crate::exact::predicates::{covers, facing};
 use crate::geometry::aabb::widen;
-use crate::geometry::ray::{Ray, Ties, check_origin};
+use crate::geometry::ray::{Ray, Ties, check_origin, in_range};
 use crate::geometry::triangles::{Triangle, Triangles};
 use crate::objects::offset::Side;
 use crate::rays::hits::NO_TRIANGLE;
@@ -183,12 +183,14 @@ impl Occlusion<'_> {
 }
 
 impl Hemisphere {
-    /// Whether a direction points strictly above the surface, exactly.
+    /// Whether a direction points strictly above the surface, exactly. One that is zero or not finite does not; lengths are those of
+    /// [`Triangles::side_toward`].
     #[must_use]
     pub fn is_above(&self, triangles: &Triangles<'_>, direction: DVec3) -> bool {
         match self.above {
             Above::Side(side) => triangles.side_toward(self.receiver.triangle, direction) == Some(side),
             Above::Normal(normal) => {
+                let Some(direction) = in_range(direction) else { return false };
                 let products = widen(normal) * direction;
                 let sum = products.x + products.y + products.z;
                 // Three products and two sums round once each.

@@ -23,7 +23,7 @@ use umbel::{NO_TRIANGLE, Options, Origin, Path, Pencil, Ray, any_hit, closest_hi
 
 /// What was compared.
 #[derive(Debug, Clone, Copy, Default)]
-struct Tally {
+pub(super) struct Tally {
     rays: u64,
     decisions: u64,
     hits: u64,
@@ -38,7 +38,7 @@ impl Tally {
 }
 
 /// Compares both verbs on both paths with the oracle.
-fn compare(mesh: &Mesh, rays: Rays<'_>) -> Tally {
+pub(super) fn compare(mesh: &Mesh, rays: Rays<'_>) -> Tally {
     let ray = |i: usize| match rays {
         Rays::Pencil(pencil) => pencil.ray(i),
         Rays::General(rays) => rays[i],

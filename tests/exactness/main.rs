@@ -5,5 +5,6 @@ mod departure;
 mod exact;
 mod extremes;
 mod oracle_self;
+mod relations;
 mod segments;
 mod watertight;

@@ -4,6 +4,7 @@ mod atlas;
 #[cfg(all(feature = "gltf", feature = "obj"))]
 mod bounces;
 mod docs;
+mod heat;
 mod pictures;
 mod public_api;
 #[cfg(feature = "obj")]

@@ -65,11 +65,11 @@ fn turned(place: Place, light: Origin) -> Origin {
     }
 }
 
-/// Receivers at the vertices of a city; or of the city, turned, in another one.
+/// Receivers at the vertices of a city, or beside them.
 fn at_vertices(place: Place, light: Origin) -> Result<Query> {
-    let points = scenes::blocks(32).turned(place.of_rays());
-    let receivers = receivers_at_vertices(&points, DVec3::ZERO);
-    shadowed(scenes::blocks(32).turned(place.of_mesh()), turned(place, light), receivers)
+    let mesh = scenes::blocks(32).turned(place.of_both());
+    let receivers = receivers_at_vertices(&mesh, place.aside());
+    shadowed(mesh, turned(place, light), receivers)
 }
 
 /// Receivers on the faces of a city.

@@ -60,6 +60,11 @@ impl Place {
         self.of_rays()
     }
 
+    /// How far receivers and lights are off what they else coincide with, where the mesh stays.
+    fn aside(self) -> DVec3 {
+        if self == Self::Apart { DVec3::new(0.0137, 0.0071, 0.0191) } else { DVec3::ZERO }
+    }
+
     /// The distance between parts that else coincide.
     fn gap(self, apart: f64) -> f64 {
         if self == Self::Apart { apart } else { 0.0 }

@@ -85,12 +85,11 @@ fn at_vertices_alone(place: Place) -> Result<Query> {
     open_alone(mesh, receivers, directions(false, place.of_both()))
 }
 
-/// Receivers at the vertices of blocks; or at those of other blocks.
+/// Receivers at the vertices of blocks, or beside them.
 fn at_block_vertices(place: Place) -> Result<Query> {
-    let points = scenes::blocks(12).turned(place.of_rays());
-    let receivers = hemispheres(receivers_at_vertices(&points, DVec3::ZERO), above(place));
-    let samples = directions(false, place.of_rays());
-    open(scenes::blocks(12).turned(place.of_mesh()), receivers, samples, Grouping::Auto)
+    let mesh = scenes::blocks(12).turned(place.of_both());
+    let receivers = hemispheres(receivers_at_vertices(&mesh, place.aside()), above(place));
+    open(mesh, receivers, directions(false, place.of_both()), Grouping::Auto)
 }
 
 /// Receivers on the faces of blocks, directions of the lattice.
@@ -100,10 +99,12 @@ fn on_blocks(place: Place) -> Result<Query> {
     open(mesh, receivers, directions(true, place.of_rays()), Grouping::Auto)
 }
 
-/// Receivers all over the floor of a room.
+/// Receivers all over the floor of a room, or above it.
 fn on_the_floor(place: Place) -> Vec<umbel::engine::Hemisphere> {
     let turn = place.of_rays();
-    let at = |k: u32| turn * DVec3::new(f64::from(k % 64) / 8.0 - 4.0, 0.0, f64::from(k / 64) / 8.0 - 4.0);
+    let at = |k: u32| {
+        turn * (DVec3::new(f64::from(k % 64) / 8.0 - 4.0, 0.0, f64::from(k / 64) / 8.0 - 4.0) + place.aside())
+    };
     let up = Above::Normal(rounded(turn * DVec3::Y));
     hemispheres(receivers_at((0..64 * 64).map(at)), up)
 }
@@ -115,7 +116,7 @@ fn up(turn: DMat3) -> Vec<RaySample> {
 }
 
 fn room(place: Place) -> Result<Query> {
-    let mesh = scenes::room().turned(place.of_mesh());
+    let mesh = scenes::room().turned(place.of_both());
     open(mesh, on_the_floor(place), up(place.of_rays()), Grouping::Auto)
 }
 
@@ -126,7 +127,7 @@ fn room_with_reach(place: Place) -> Result<Query> {
         RaySample { t_max: height / 3.0, ..sample }
     };
     let samples = up(place.of_rays()).into_iter().enumerate().map(reach).collect();
-    open(scenes::room().turned(place.of_mesh()), on_the_floor(place), samples, Grouping::Auto)
+    open(scenes::room().turned(place.of_both()), on_the_floor(place), samples, Grouping::Auto)
 }
 
 /// Receivers on faces that coincide with others.

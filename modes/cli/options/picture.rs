@@ -24,7 +24,7 @@ pub(crate) struct PictureArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
-    /// id, depth, distance, normal, position, bary, uv, object or work (a heat map): NAME=FILE.npy, or NAME alone to add it to the EXR
+    /// id, depth, distance, normal, position, bary, uv, object, work or doubts (heat maps): NAME=FILE.npy, or NAME alone to add it to the EXR
     #[arg(long = "aov", value_name = "NAME[=FILE.npy]", value_parser = OsStringValueParser::new().try_map(parse_aov))]
     pub(crate) aovs: Vec<(Aov, Option<PathBuf>)>,
 
@@ -110,9 +110,10 @@ fn parse_aov(text: OsString) -> Result<(Aov, Option<PathBuf>), String> {
         "uv" => Aov::Uv,
         "object" => Aov::Object,
         "work" => Aov::Work,
+        "doubts" => Aov::Doubts,
         _ => {
             return Err(format!(
-                "{name} is none of id, depth, distance, normal, position, bary, uv, object, work"
+                "{name} is none of id, depth, distance, normal, position, bary, uv, object, work, doubts"
             ));
         }
     };

@@ -29,6 +29,35 @@ const FEW: usize = 4;
 /// The record of rays that have hit nothing.
 const NO_RECORD: u32 = u32::MAX;
 
+/// The numbers of a few records.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FewRecords {
+    records: [u32; FEW],
+    count: usize,
+}
+
+impl FewRecords {
+    /// None.
+    pub(crate) const NONE: Self = Self { records: [NO_RECORD; FEW], count: 0 };
+
+    /// Those for which something is true; `None` where it is not known of one.
+    pub(crate) fn split(&self, mut is_true: impl FnMut(u32) -> Option<bool>) -> Option<Self> {
+        let mut some = Self::NONE;
+        for &record in &self.records[..self.count] {
+            if is_true(record)? {
+                some.records[some.count] = record;
+                some.count += 1;
+            }
+        }
+        Some(some)
+    }
+
+    /// Whether there are none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+}
+
 /// A hit of one ray: its key lies in [lo, hi].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Candidate {
@@ -156,8 +185,24 @@ impl TileDepth {
         (u64::from(same.fold(0, |same, bit| same | bit)) & rays, first)
     }
 
+    /// Those of eight rays from column `x` of row `y` that have one of some records.
+    #[inline(always)]
+    pub(crate) fn having<S: Simd>(
+        &self,
+        simd: S,
+        (x, y): (u32, u32),
+        FewRecords { records, count }: &FewRecords,
+    ) -> NarrowMask<S> {
+        let numbers = u32x8::from_slice(simd, eight(&self.nearest[y as usize % SIDE], x));
+        let mut having = NarrowMask::simd_from(simd, false);
+        for &record in &records[..*count % (FEW + 1)] {
+            having |= numbers.simd_eq(record);
+        }
+        having
+    }
+
     /// The numbers of the records that the rays of some rows of a block from column `x` on have, if there are few and all have one.
-    pub(crate) fn block_records(&self, x: u32, rows: Range<u32>) -> Option<([u32; FEW], usize)> {
+    pub(crate) fn block_records(&self, x: u32, rows: Range<u32>) -> Option<FewRecords> {
         let rows = &self.nearest[rows.start as usize..rows.end as usize];
         let mut last = rows.first()?[x as usize % SIDE];
         let (mut found, mut count) = ([last; FEW], 1);
@@ -175,7 +220,7 @@ impl TileDepth {
                 last = number;
             }
         }
-        (!found.contains(&NO_RECORD)).then_some((found, count))
+        (!found.contains(&NO_RECORD)).then_some(FewRecords { records: found, count })
     }
 
     /// The nearest hit of a ray, with the id of its triangle.

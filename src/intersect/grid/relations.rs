@@ -21,13 +21,13 @@ const PAIRS: usize = 128;
 const TWINS: usize = 512;
 
 /// Where a triangle lies to another one along all rays of a tile that hit both.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Relation {
     Nearer,
     Equal,
     Farther,
-    /// It depends on the ray, as a function says.
-    Along(Order),
+    /// It depends on the ray, as a function says: that with this number.
+    Along(u8),
     /// It depends on the ray, and so many have asked.
     Asked(u32),
 }
@@ -36,6 +36,8 @@ pub(crate) enum Relation {
 #[derive(Debug)]
 pub(crate) struct Relations {
     pairs: [([u32; 2], Relation); PAIRS],
+    /// Functions of the pairs that have one, place by place.
+    orders: [Order; PAIRS],
     /// Whether the triangle at hand has had some relation, and whether any triangle of the tile was found equal to another: there may be
     /// more of that kind.
     found: bool,
@@ -47,6 +49,7 @@ pub(crate) struct Relations {
 impl Relations {
     pub(crate) const NONE: Self = Self {
         pairs: [([NO_TRIANGLE; 2], Relation::Asked(0)); PAIRS],
+        orders: [Order::ZERO; PAIRS],
         found: false,
         equal: false,
         used: false,
@@ -65,7 +68,8 @@ impl Relations {
     /// Readies the memory for another tile.
     pub(crate) fn forget(&mut self) {
         if self.used {
-            *self = Self::NONE;
+            self.pairs = Self::NONE.pairs;
+            (self.found, self.equal, self.used) = (false, false, false);
         }
     }
 
@@ -87,6 +91,20 @@ impl Relations {
     pub(crate) fn note(&mut self, relation: Relation) {
         self.found |= !matches!(relation, Relation::Asked(_));
         self.equal |= matches!(relation, Relation::Equal | Relation::Along(_));
+    }
+
+    /// Remembers the order of two triangles.
+    pub(crate) fn remember_order(&mut self, pair: [u32; 2], order: Order) -> Relation {
+        let place = Self::place(pair);
+        self.orders[place] = order;
+        // In range: at most 256 places.
+        Relation::Along(place as u8)
+    }
+
+    /// The function with a number.
+    #[inline]
+    pub(crate) fn order(&self, number: u8) -> &Order {
+        &self.orders[usize::from(number) % PAIRS]
     }
 
     /// Remembers the relation of two triangles.

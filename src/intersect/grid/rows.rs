@@ -25,7 +25,7 @@ use crate::exact::filter::Sign;
 use crate::exact::predicates::covers;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangles;
-use crate::intersect::grid::depth::{Candidate, Record, TileDepth};
+use crate::intersect::grid::depth::{Candidate, FewRecords, Record, TileDepth};
 use crate::intersect::grid::hierarchical_z::BLOCK_SIDE;
 use crate::intersect::grid::relations::Relation;
 use crate::intersect::pencil::leaf::{FilmQuery, LeafDepth, Tile};
@@ -33,7 +33,7 @@ use crate::intersect::pencil::rect::{Rect, TILE_SIDE};
 use crate::intersect::pencil::setup::Setups;
 use crate::rays::hits::precedes;
 use crate::rays::origin::Origin;
-use crate::simd::lanes::{LANES, Narrow, NarrowMask, bits};
+use crate::simd::lanes::{LANES, Narrow, bits};
 use crate::stats::Stats;
 
 /// 0 to 7.
@@ -156,7 +156,12 @@ impl LeafDepth for TileDepth {
         let hit = if rect.width() <= BLOCK_SIDE {
             // One row of lanes is enough, wherever it begins.
             let x = rect.x0.min(TILE_SIDE - BLOCK_SIDE);
-            tile.intersect_rows::<S, false, false>(simd, primitive, (x, rect.y0..rect.y1), stats)
+            tile.intersect_rows::<S, false, false>(
+                simd,
+                primitive,
+                ((x, rect.y0..rect.y1), &FewRecords::NONE),
+                stats,
+            )
         } else {
             tile.intersect_blocks(simd, primitive, rect, stats)
         };
@@ -188,16 +193,25 @@ impl Tile<'_, TileDepth> {
                 // In range: eight blocks.
                 let part = (bx as u32 * BLOCK_SIDE, rows.clone());
                 let known = if self.work.depth.relations.are_found() {
-                    self.precedes_block(primitive, &part, stats)
+                    self.behind_on_block(primitive, &part, stats)
                 } else {
                     None
                 };
-                hit |= match (inside >> bx & 1 == 1, known) {
-                    (_, Some(false)) => false,
-                    (true, None) => self.intersect_rows::<S, true, false>(simd, primitive, part, stats),
-                    (false, None) => self.intersect_rows::<S, false, false>(simd, primitive, part, stats),
-                    (true, _) => self.intersect_rows::<S, true, true>(simd, primitive, part, stats),
-                    (false, _) => self.intersect_rows::<S, false, true>(simd, primitive, part, stats),
+                let none = &FewRecords::NONE;
+                hit |= match (inside >> bx & 1 == 1, &known) {
+                    (_, Some(behind)) if behind.is_empty() => false,
+                    (true, None) => {
+                        self.intersect_rows::<S, true, false>(simd, primitive, (part, none), stats)
+                    }
+                    (false, None) => {
+                        self.intersect_rows::<S, false, false>(simd, primitive, (part, none), stats)
+                    }
+                    (true, Some(behind)) => {
+                        self.intersect_rows::<S, true, true>(simd, primitive, (part, behind), stats)
+                    }
+                    (false, Some(behind)) => {
+                        self.intersect_rows::<S, false, true>(simd, primitive, (part, behind), stats)
+                    }
                 };
             }
         }
@@ -228,13 +242,14 @@ impl Tile<'_, TileDepth> {
     }
 
     /// Tests one triangle against eight columns of some rows of rays, all of them `INSIDE` its edges or not; tells whether
-    /// any of them hit it. Of what comes `FIRST` it is known already that it lies before what the rays have hit.
+    /// any of them hit it. Where it is `KNOWN`, all rays have hit something, and the triangle lies before the records that are `behind` it
+    /// and after all others.
     #[inline(always)]
-    fn intersect_rows<S: Simd, const INSIDE: bool, const FIRST: bool>(
+    fn intersect_rows<S: Simd, const INSIDE: bool, const KNOWN: bool>(
         &mut self,
         simd: S,
         primitive: Primitive,
-        (x, rows): (u32, Range<u32>),
+        ((x, rows), behind): ((u32, Range<u32>), &FewRecords),
         stats: &mut Stats,
     ) -> bool {
         let FilmQuery { context, view, any, .. } = self.query;
@@ -250,8 +265,9 @@ impl Tile<'_, TileDepth> {
             let key = triangle.slope.at(y);
             let (hi, near_lo) = (key + triangle.highest, self.work.depth.keys.lo(simd, x, j));
             let least = if INSIDE { zero } else { triangle.least_edge(y) };
-            let all = NarrowMask::simd_from(simd, true);
-            let mut kept = if FIRST { all } else { hi.simd_ge(near_lo) };
+            let mut kept =
+                if KNOWN { self.work.depth.having(simd, (x, j), behind) } else { hi.simd_ge(near_lo) };
+            let first = kept;
             if !INSIDE {
                 kept &= least.simd_ge(-doubt);
             }
@@ -261,7 +277,7 @@ impl Tile<'_, TileDepth> {
             }
             // Before what the ray has hit, and inside, for certain.
             let (lo, near_hi) = (key + triangle.lowest, self.work.depth.keys.hi(simd, x, j));
-            let mut sure = if FIRST { all } else { lo.simd_gt(near_hi) };
+            let mut sure = if KNOWN { first } else { lo.simd_gt(near_hi) };
             if !INSIDE {
                 sure &= least.simd_gt(doubt);
             }
@@ -338,7 +354,7 @@ impl Tile<'_, TileDepth> {
             Relation::Farther => [rays, 0],
             Relation::Along(order) => {
                 // In range: eight columns.
-                let sign = |lane: usize| self.order_at(&order, [x + lane as u32, j]);
+                let sign = |lane: usize| self.order_at(order, [x + lane as u32, j]);
                 bits(rays).fold([0; 2], |[decided, nearer], lane| match sign(lane) {
                     Some(Sign::Positive) => [decided | 1 << lane, nearer | 1 << lane],
                     Some(_) => [decided | 1 << lane, nearer],
@@ -349,19 +365,18 @@ impl Tile<'_, TileDepth> {
         }
     }
 
-    /// Whether a triangle comes before all that the rays of some rows of a block have hit, or after it, if that is known.
+    /// Of the records that the rays of some rows of a block have, those that lie behind a triangle; the others lie before it. `None` where that
+    /// is not known of all.
     #[inline(never)]
-    fn precedes_block(
+    fn behind_on_block(
         &mut self,
         primitive: Primitive,
         (x, rows): &(u32, Range<u32>),
         stats: &mut Stats,
-    ) -> Option<bool> {
-        let (records, count) = self.work.depth.block_records(*x, rows.clone())?;
+    ) -> Option<FewRecords> {
+        let records = self.work.depth.block_records(*x, rows.clone())?;
         let corners = [[*x, rows.start], [*x + BLOCK_SIDE - 1, rows.end - 1]];
-        let first = self.precedes_on(primitive, records[0], corners, stats)?;
-        let same = |&number: &u32| self.precedes_on(primitive, number, corners, stats) == Some(first);
-        records[1..count].iter().all(same).then_some(first)
+        records.split(|number| self.precedes_on(primitive, number, corners, stats))
     }
 
     /// Whether a triangle comes before that of a record along all rays from one corner of a rectangle to the other, or after it, if that
@@ -379,8 +394,8 @@ impl Tile<'_, TileDepth> {
             Relation::Equal => Some(id < other),
             Relation::Farther => Some(false),
             Relation::Along(order) => {
-                let sign = self.order_at(&order, [x0, y0])?;
-                let same = |at| self.order_at(&order, at) == Some(sign);
+                let sign = self.order_at(order, [x0, y0])?;
+                let same = |at| self.order_at(order, at) == Some(sign);
                 [[x1, y0], [x0, y1], [x1, y1]].into_iter().all(same).then_some(sign == Sign::Positive)
             }
             Relation::Asked(_) => None,

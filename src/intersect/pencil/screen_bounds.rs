@@ -42,6 +42,8 @@ const KEY_SLACK: f64 = 1.0 / (1 << 22) as f64;
 pub(crate) struct Pixels {
     pub(crate) base: DVec3,
     perspective: bool,
+    /// See [`Projection::level`].
+    level: [bool; 3],
     column: Functional,
     row: Functional,
     t: Functional,
@@ -183,7 +185,7 @@ impl Pixels {
         first: [u32; 2],
         sampling: Sampling,
     ) -> Self {
-        let Projection { base, perspective, x, y, t } = *projection;
+        let Projection { base, perspective, level, x, y, t } = *projection;
         let (x0, y0, inverse) = (film.x(first[0]), film.y(first[1]), 1.0 / film.step());
         // The step is a power of two, so its inverse is exact.
         let (column, row, offset) = if perspective {
@@ -197,6 +199,7 @@ impl Pixels {
         Self {
             base,
             perspective,
+            level,
             column: column.scaled(inverse),
             row: row.scaled(-inverse),
             t,
@@ -237,7 +240,7 @@ impl Pixels {
         narrow(regular.select(greatest, infinite)).store_slice(greatest_keys);
 
         // Irregular lanes get all rays; NaN is among them.
-        let mut kept = lanes;
+        let mut kept = lanes & !self.edge_on(simd, corners);
         let mut sides = [Narrow::simd_from(simd, 0.0); 4];
         for axis in 0..2 {
             let (from, to) = self.whole_between(simd, axis, [lo[axis], hi[axis]], regular);
@@ -261,6 +264,23 @@ impl Pixels {
             *whole = i32x8::truncate_from((side * halved).floor());
         }
         (whole, !regular.to_bitmask() & kept)
+    }
+
+    /// The triangles, as bits, that lie across an axis and are seen edge-on for that: through the origin, or parallel to all rays. Nothing
+    /// hits them. Common where a light or an eye is in the plane of a wall, and among the walls of a plan.
+    #[inline(always)]
+    fn edge_on<S: Simd>(&self, simd: S, [a, b, c]: &[Points<S>; 3]) -> u64 {
+        let mut edge_on = 0;
+        let axes = [(a.x, b.x, c.x, 0), (a.y, b.y, c.y, 1), (a.z, b.z, c.z, 2)];
+        for (a, b, c, axis) in axes {
+            if self.perspective {
+                let origin = Lanes::simd_from(simd, self.base[axis]);
+                edge_on |= (a.simd_eq(origin) & b.simd_eq(origin) & c.simd_eq(origin)).to_bitmask();
+            } else if self.level[axis] {
+                edge_on |= (a.simd_eq(b) & b.simd_eq(c)).to_bitmask();
+            }
+        }
+        edge_on
     }
 
     /// Columns and rows, and keys, of eight points given from the base, and which of them are regular: see

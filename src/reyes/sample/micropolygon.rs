@@ -5,13 +5,9 @@
 
 use std::cmp::Ordering;
 
-use crate::exact::distance::compare;
-use crate::exact::filter::Sign;
 use crate::geometry::aabb::widen;
-use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangle;
 use crate::reyes::dice::grid::GridOrigin;
-use crate::stats::Stats;
 
 /// A triangle of a grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,16 +43,6 @@ impl Micropolygon {
             .cmp(&other.surface)
             .then_with(|| lexicographic(corners, f32::total_cmp))
             .then_with(|| lexicographic(parameters, f64::total_cmp))
-    }
-
-    /// Whether this one comes before the other along a ray that hits both.
-    pub(crate) fn precedes(&self, other: &Self, ray: &Ray, stats: &mut Stats) -> bool {
-        let (one, another) = (triangle_of(&self.corners), triangle_of(&other.corners));
-        match compare(ray, &one, &another, stats) {
-            Sign::Negative => true,
-            Sign::Zero => self.order(other) == Ordering::Less,
-            Sign::Positive => false,
-        }
     }
 }
 

@@ -10,10 +10,11 @@
 
 use fearless_simd::prelude::*;
 
-use crate::exact::distance::Distance;
+use crate::exact::distance::{Distance, compare};
 use crate::exact::filter::Sign;
 use crate::exact::predicates::covers;
 use crate::geometry::aabb::Aabb;
+use crate::geometry::ray::Ray;
 use crate::intersect::grid::hierarchical_z::BLOCK_SIDE;
 use crate::intersect::grid::tile_keys::{SIDE, TileKeys};
 use crate::intersect::pencil::rect::Rect;
@@ -202,14 +203,34 @@ impl GridSamples<'_> {
             return;
         }
         let nearer = match self.tile.winner(x, y) {
-            Some(winner) if lo <= self.tile.keys.at(x, y)[1] => {
-                let candidate = Micropolygon::of(&self.grid, triangle, corners);
-                candidate.precedes(&self.tile.micropolygon(winner), &ray, self.stats)
+            Some(&winner) if lo <= self.tile.keys.at(x, y)[1] => {
+                self.precedes((triangle, corners), &winner, &ray)
             }
             _ => true,
         };
         if nearer {
             self.keep(tile.rect, triangle, [x, y], [lo, hi]);
+        }
+    }
+
+    /// Whether a triangle comes before a winner along a ray that hits both. Where surfaces coincide, their ids mostly tell: the rest of
+    /// the order is not made before it is needed.
+    fn precedes(
+        &mut self,
+        (triangle, corners): ((usize, bool), [[f32; 3]; 3]),
+        winner: &Winner,
+        ray: &Ray,
+    ) -> bool {
+        let (one, other) = (triangle_of(&corners), triangle_of(&winner.corners));
+        let surfaces = self.grid.surface.cmp(&self.tile.grids[winner.grid as usize].surface);
+        match compare(ray, &one, &other, self.stats) {
+            Sign::Negative => true,
+            Sign::Positive => false,
+            Sign::Zero if surfaces.is_ne() => surfaces.is_lt(),
+            Sign::Zero => {
+                let candidate = Micropolygon::of(&self.grid, triangle, corners);
+                candidate.order(&self.tile.micropolygon(winner)).is_lt()
+            }
         }
     }
 
