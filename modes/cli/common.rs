@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 use umbel::engine::{Accuracy, Isa, Partition};
 use umbel::{LoadOptions, Options, Path};
 
-use crate::memory::resident_bytes;
 use crate::options::parse::parse_bytes;
+use crate::process::resident_bytes;
 
 /// Options of every verb.
 #[derive(Debug, Args)]

@@ -13,6 +13,7 @@ mod memory;
 mod options;
 mod picture;
 mod probe;
+mod process;
 mod refusal;
 mod render;
 mod report;
@@ -35,7 +36,7 @@ fn main() -> ExitCode {
     interrupt::exit_on_interrupt();
     match run(&cli) {
         Ok(()) => {
-            if let (true, Some(peak)) = (cli.common.verbose, memory::peak_bytes()) {
+            if let (true, Some(peak)) = (cli.common.verbose, process::peak_bytes()) {
                 anstream::eprintln!("{peak} bytes of memory at most");
             }
             ExitCode::SUCCESS

@@ -10,7 +10,7 @@ use umbel::files::available_memory;
 use umbel::{Error, Scene};
 
 use crate::common::Common;
-use crate::report::kibibytes;
+use crate::process::{peak_bytes, resident_bytes};
 
 /// Bytes that surfaces on demand take: those of a round of micropolygons.
 pub(crate) const ROUND_BYTES: u64 = 100 << 20;
@@ -60,16 +60,6 @@ impl Room {
         }
         Ok(forecast)
     }
-}
-
-/// The memory that the process has now, where the system tells it (Linux).
-pub(crate) fn resident_bytes() -> Option<u64> {
-    kibibytes("/proc/self/status", "VmRSS:")
-}
-
-/// The most memory that the process had, where the system tells it (Linux).
-pub(crate) fn peak_bytes() -> Option<u64> {
-    kibibytes("/proc/self/status", "VmHWM:")
 }
 
 /// Bytes of the numbers of a scene.

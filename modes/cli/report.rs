@@ -9,7 +9,7 @@ use umbel::files::write_atomically;
 use umbel::render::{Followed, Preview};
 use umbel::{Error, Options, Scene, Stats};
 
-use crate::memory::peak_bytes;
+use crate::process::peak_bytes;
 
 /// The version of the report's layout. It is only ever extended.
 const SCHEMA: u32 = 1;
@@ -133,11 +133,4 @@ impl Report<'_> {
             "hash": self.hash.to_hex().as_str(),
         })
     }
-}
-
-/// A number of kibibytes in a file of the system, in bytes.
-pub(crate) fn kibibytes(file: &str, name: &str) -> Option<u64> {
-    let text = std::fs::read_to_string(file).ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
-    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kibibytes| kibibytes * 1024)
 }

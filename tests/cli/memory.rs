@@ -23,7 +23,6 @@ fn check(place: &Place, line: &str) -> f64 {
     assert_eq!(run.code, Some(0), "umbel {line}: {}", run.stderr);
     let (forecast, peak) = (number(&run, " bytes of memory, "), number(&run, " bytes of memory at most"));
     let error = forecast / peak - 1.0;
-    println!("{:+5.1} %  {:6.1} MB  {line}", 100.0 * error, peak / 1e6);
     assert!(error.abs() <= TOLERANCE, "umbel {line}: {forecast} bytes were foreseen, {peak} were taken");
     peak
 }

@@ -67,7 +67,7 @@ fn the_inside_edge_of_two_planes() {
         "v -900 0 0\nv 0 0 0\nv 900 0 0\nv 0 0 900\nv 0 900 0\nf 1 4 2\nf 2 4 3\nf 1 2 5\nf 2 3 5\n",
     );
     let value = bake(&place, "edge.obj --rays 4000")[1];
-    assert!((value - 0.7071).abs() < 0.01, "{value}");
+    assert!((value - std::f32::consts::FRAC_1_SQRT_2).abs() < 0.01, "{value}");
 }
 
 /// The owner is the triangle with the largest angle, never one without area; a vertex of none has no value.
