@@ -23,7 +23,7 @@ fn main() -> Result<(), Error> {
     occluders.add_ground(DVec3::Y)?;
     let triangles = occluders.geometry()?;
 
-    let reach = Reach { max_distance: 0.2 * (hi - lo).length(), falloff: Falloff::Linear };
+    let reach = Reach { max_distance: 0.2 * (hi - lo).length(), falloff: Falloff::Linear, min_distance: 0.0 };
     let bake = Bake::new(BakeOptions { rays: 64, reach, ..BakeOptions::default() })?;
     let count = scene.positions.len();
     let receivers = scene.vertex_receivers()?.range(0..count);

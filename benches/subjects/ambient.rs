@@ -91,6 +91,7 @@ impl Ambient {
         let triangles = Triangles::new(&model.positions, &model.triangles)?;
         let sample = |direction: &[f32; 3]| RaySample {
             direction: DVec3::from_array(direction.map(f64::from)),
+            t_min: 0.0,
             t_max: interval[1],
         };
         let samples = directions.iter().map(sample).collect();

@@ -24,6 +24,7 @@ pub mod atlas;
 pub(crate) mod corner_rays;
 pub mod depth_maps;
 pub(crate) mod map_places;
+pub(crate) mod near;
 pub mod occluder_scenes;
 pub mod occluders;
 pub(crate) mod openness;
@@ -36,6 +37,7 @@ pub use atlas::layout::AtlasOptions;
 pub use atlas::uv_check::{UvCheck, check_uvs};
 pub use atlas::{Atlas, TexelReceiver};
 pub use depth_maps::DepthMaps;
+pub use near::rounding_distance;
 pub use occluder_scenes::Occluders;
 pub use occluders::{BakeOccluders, rays_around};
 pub use options::{BakeOptions, Polarity};
@@ -326,7 +328,7 @@ impl Query<'_> {
             return Vec::new();
         }
         let ray = |(place, ray): (usize, usize)| {
-            let RaySample { direction, t_max } = sample(place, ray);
+            let RaySample { direction, t_max, .. } = sample(place, ray);
             let hemisphere = starts.get(&(place, ray)).unwrap_or(&receivers.hemispheres[place]);
             let d = direction.to_array().map(|x| x as f32);
             let is_above = dot(receivers.normals[place], d) > 0.0

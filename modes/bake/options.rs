@@ -86,6 +86,13 @@ impl BakeOptions {
         if !(reach.max_distance.is_finite() && reach.max_distance >= 0.0) {
             return refused(format!("the distance {} must be finite, 0 or more", reach.max_distance));
         }
+        let is_below = reach.max_distance == 0.0 || reach.min_distance < reach.max_distance;
+        if !(reach.min_distance.is_finite() && reach.min_distance >= 0.0 && is_below) {
+            return refused(format!(
+                "the least distance {} must be finite, 0 or more, and below the greatest",
+                reach.min_distance
+            ));
+        }
         if reach.max_distance == 0.0 && reach.falloff == Falloff::Linear {
             return refused("a linear falloff needs a distance: give the greatest one".into());
         }
@@ -109,9 +116,10 @@ impl BakeOptions {
                 "depth maps are made for directions that receivers share: independent ones have none".into(),
             );
         }
-        if self.reach.max_distance > 0.0 {
+        if self.reach.max_distance > 0.0 || self.reach.min_distance > 0.0 {
             return refused(
-                "depth maps know only the outermost surface, and nothing of a greatest distance".into(),
+                "depth maps know only the outermost surface, and nothing of a least or a greatest distance"
+                    .into(),
             );
         }
         if !self.back_faces {

@@ -79,6 +79,9 @@ pub struct Reach {
     pub max_distance: f64,
     /// How much that depends on the distance.
     pub falloff: Falloff,
+    /// The distance up to which nothing occludes, in world units; 0 for all that lies above the surface. Above it rays take longer: they
+    /// are traced receiver by receiver.
+    pub min_distance: f64,
 }
 
 impl Reach {
@@ -86,7 +89,10 @@ impl Reach {
     fn sample(self, direction: DVec3, u: f64) -> RaySample {
         let direction = DVec3::from_array(direction.to_array().map(|x| f64::from(x as f32)));
         let part = if self.falloff == Falloff::Linear { u } else { 1.0 };
-        RaySample { direction, t_max: limit(self.max_distance * part, direction) }
+        let t_min = if self.min_distance > 0.0 { limit(self.min_distance, direction) } else { 0.0 };
+        // Where a falloff ends before the least distance nothing is in between.
+        let t_max = limit(self.max_distance * part, direction).max(t_min.next_up());
+        RaySample { direction, t_min, t_max }
     }
 }
 

@@ -165,6 +165,10 @@ pub(crate) fn open_rays(
 /// estimated to take less time than bundles, or is asked for.
 fn in_beams(triangles: &Triangles<'_>, occlusion: &Occlusion<'_>, level: Level) -> Option<(Vec<u32>, Stats)> {
     let RaySamples::Shared(samples) = occlusion.samples else { return None };
+    // What beams decide for all receivers at once they decide from t = 0 on.
+    if samples.iter().any(|sample| sample.t_min > 0.0) {
+        return None;
+    }
     let per_receiver = triangles.len() as f64 / occlusion.hemispheres.len().max(1) as f64;
     let is_few = match occlusion.grouping {
         Grouping::Auto => per_receiver > FEW,

@@ -1,6 +1,6 @@
 //! Ambient occlusion: which of the rays that leave a surface into the half space above it are open.
 //!
-//! From the point p of a receiver leave rays (p, d), 0 < t < t_max. A direction that does not point strictly above the
+//! From the point p of a receiver leave rays (p, d), t_min < t < t_max. A direction that does not point strictly above the
 //! surface, decided exactly as the sign of d·N, is occluded untested. Any other is occluded iff a triangle covers the
 //! ray with the ties of parallel rays, at some t in range; the receiver's own triangle never does. No epsilon: see
 //! [`Triangles::leave`].
@@ -46,12 +46,15 @@ pub struct Hemisphere {
     pub above: Above,
 }
 
-/// A direction, and how far something along it matters.
+/// A direction, and from where to where something along it matters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RaySample {
     /// Of any length, in the range of [`Ray::direction`].
     pub direction: DVec3,
-    /// Exclusive, in units of the direction's length: in the range of [`Ray::t_max`].
+    /// What is nearer does not count. Exclusive, in units of the direction's length: in the range of [`Ray::t_min`]. Above 0 rays go in
+    /// bundles, receiver after receiver, whatever [`Grouping`] says.
+    pub t_min: f32,
+    /// What is farther does not count. Exclusive, likewise, in the range of [`Ray::t_max`].
     pub t_max: f32,
 }
 
@@ -59,12 +62,13 @@ impl RaySample {
     /// A direction without a limit.
     #[must_use]
     pub fn unlimited(direction: DVec3) -> Self {
-        Self { direction, t_max: f32::INFINITY }
+        Self { direction, t_min: 0.0, t_max: f32::INFINITY }
     }
 
     /// The ray from a point.
     fn from(&self, point: DVec3) -> Ray {
-        Ray { t_max: f64::from(self.t_max), ..Ray::new(point, self.direction) }
+        let (t_min, t_max) = (f64::from(self.t_min), f64::from(self.t_max));
+        Ray { t_min, t_max, ..Ray::new(point, self.direction) }
     }
 }
 

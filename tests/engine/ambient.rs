@@ -142,7 +142,7 @@ fn samples(random: &mut Random, kind: Kind, mesh: &Mesh, from: &Hemisphere, coun
     let mut sample = || {
         let direction = generators::direction(random, kind, mesh, eye);
         let t_max = random.pick(&[f32::INFINITY, f32::INFINITY, 1.0, 0.5, 2.0]);
-        RaySample { direction, t_max }
+        RaySample { direction, t_min: 0.0, t_max }
     };
     (0..count).map(|_| sample()).collect()
 }
@@ -305,7 +305,7 @@ fn all_around(count: usize, t_max: f32) -> Vec<RaySample> {
     let mut random = Random(8);
     let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
     let direction = |k: usize| axes.get(k).copied().unwrap_or_else(|| random.cube() * 3.0);
-    (0..count).map(direction).map(|direction| RaySample { direction, t_max }).collect()
+    (0..count).map(direction).map(|direction| RaySample { direction, t_min: 0.0, t_max }).collect()
 }
 
 #[test]

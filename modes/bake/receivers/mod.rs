@@ -69,7 +69,11 @@ impl BakeReceivers {
     }
 
     /// Those at some places.
-    pub(crate) fn picked(&self, places: &[usize]) -> Self {
+    ///
+    /// # Panics
+    /// When there are not so many.
+    #[must_use]
+    pub fn picked(&self, places: &[usize]) -> Self {
         Self {
             hemispheres: places.iter().map(|&place| self.hemispheres[place]).collect(),
             normals: places.iter().map(|&place| self.normals[place]).collect(),

@@ -149,8 +149,9 @@ impl Dial<'_> {
         loop {
             let rays = directions / per_ray;
             let (bake, run) = (Bake::new(BakeOptions { rays, ..self.options })?, Instant::now());
-            let (frames, mut times) = ((self.piece, self.options.bent), Times::default());
-            let found = run::run(&bake, (self.source, self.triangles), frames, self.common, &mut times)?;
+            let pieces = run::Pieces { piece: self.piece, with_bent: self.options.bent, near: None };
+            let mut times = Times::default();
+            let found = run::run(&bake, (self.source, self.triangles), &pieces, self.common, &mut times)?;
             clock.push(f64::from(bake.directions() as u32), run);
             let fitting = clock.work_in(left());
             // One more run that takes an eighth of the time, for as long as the last one was shorter.

@@ -20,7 +20,7 @@ use glam::DVec3;
 use serde_json::{Map, Value, json};
 use umbel::bake::{
     Bake, BakeOccluders, BakeOptions, Falloff, Occluders, Polarity, SampleSet, TracedRay, Weighting,
-    check_uvs, rays_around,
+    check_uvs, rays_around, rounding_distance,
 };
 use umbel::files::{available_memory, check_output};
 use umbel::formats::{SurfaceOptions, SurfaceScene, load_surfaces, names_surfaces};
@@ -30,7 +30,7 @@ use crate::bake::args::{BakeArgs, OccluderArgs};
 use crate::bake::dial::{Dial, Done};
 use crate::bake::files::Files;
 use crate::bake::gltf::Patched;
-use crate::bake::run::run;
+use crate::bake::run::{Pieces, run};
 use crate::bake::source::{Extent, Results, Source};
 use crate::common::Common;
 use crate::memory::{ROUND_BYTES, Room};
@@ -90,14 +90,19 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
     let around = rays_around(scene.bounds().union(source.points_bounds()), plan.values as usize);
     let dicing = args.occluders.made.dicing();
     let among = BakeOccluders { triangles: &triangles, surfaces: &surfaces, around, dicing };
+    let rounding = (options.reach.min_distance == 0.0).then(|| rounding_distance(&scene.bounds()));
     let found = match done.flatten() {
         Some(Done { found, times: taken }) => {
             times.receivers += taken.receivers;
             times.engine = taken.engine;
             found
         }
-        None => run(&bake, (&source, among), (plan.piece, options.bent), common, &mut times)?,
+        None => {
+            let pieces = Pieces { piece: plan.piece, with_bent: options.bent, near: rounding };
+            run(&bake, (&source, among), &pieces, common, &mut times)?
+        }
     };
+    say_near(&found, rounding, common);
     let mut hash = blake3::Hasher::new();
     let (stats, rays) = (found.stats, usize::try_from(found.rays).unwrap_or(usize::MAX));
     let mut more = report_fields(&options, &source, &found, &plan);
@@ -124,6 +129,24 @@ pub(crate) fn bake(args: &BakeArgs, common: &Common) -> Result<(), Error> {
         hash: hash.finalize(),
     };
     common.report.as_deref().map_or(Ok(()), |path| report.write_with(path, more))
+}
+
+/// One of so many receivers near another surface is worth a warning; the report has the number in any case.
+const NEAR_SHARE: u64 = 1000;
+
+/// Says how many receivers are dark where rounding has put something before them, or bright where behind.
+fn say_near(found: &Results, rounding: Option<f64>, common: &Common) {
+    // Single ones are seams of nearly flat folds.
+    let is_worth_it = found.near * NEAR_SHARE > found.receivers as u64;
+    let Some(distance) = rounding.filter(|_| is_worth_it) else { return };
+    let what = format!(
+        "receivers within rounding ({distance:.1e}) of another surface, which hides all from them: {} of {}; where such layers \
+         belong together give --min-distance {:.0e}",
+        found.near,
+        found.receivers,
+        4.0 * distance
+    );
+    say(&[what], common);
 }
 
 /// The scene with what else occludes it.
@@ -246,10 +269,12 @@ fn report_fields(
         "of": source.name(),
         "values": plan.values,
         "receivers": found.receivers,
+        "receivers_near_surfaces": found.near,
         "rays_per_receiver": options.rays,
         "set": set_name(options.set),
         "weighting": if options.weighting == Weighting::Cosine { "cosine" } else { "uniform" },
         "max_distance": options.reach.max_distance,
+        "min_distance": options.reach.min_distance,
         "falloff": if options.reach.falloff == Falloff::Linear { "linear" } else { "none" },
         "polarity": if options.polarity == Polarity::Openness { "openness" } else { "occlusion" },
         "depth_maps": options.depth_maps.map(|maps| maps.size),

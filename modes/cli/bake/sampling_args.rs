@@ -20,6 +20,10 @@ pub(crate) struct SamplingArgs {
     #[arg(long, value_name = "D|P%", default_value = "0", value_parser = parse_distance, allow_hyphen_values = true)]
     max_distance: Distance,
 
+    /// Up to where nothing occludes, likewise: layers that lie upon each other but for rounding ask for it. Slower; 0 is exact
+    #[arg(long, value_name = "D|P%", default_value = "0", value_parser = parse_distance, allow_hyphen_values = true)]
+    min_distance: Distance,
+
     /// linear: an occluder at t counts 1 - t/D, where D is --max-distance
     #[arg(long, value_enum, default_value = "none")]
     falloff: FalloffArg,
@@ -57,7 +61,7 @@ impl SamplingArgs {
     pub(crate) fn check(&self) -> Result<(), Error> {
         refuse_first(&[
             (
-                self.falloff == FalloffArg::Linear && self.max_distance.is_unlimited(),
+                self.falloff == FalloffArg::Linear && self.max_distance.is_zero(),
                 "--falloff linear goes down to 0 at --max-distance: give one, such as 10%",
             ),
             (
@@ -69,9 +73,17 @@ impl SamplingArgs {
                 "--depth-maps: a map is made for a direction that receivers share: take --set shared or interleaved",
             ),
             (
-                self.has_maps() && !self.max_distance.is_unlimited(),
+                self.has_maps() && !self.max_distance.is_zero(),
                 "--depth-maps: a map knows only the outermost surface, not what lies within --max-distance: leave out one of \
                  them",
+            ),
+            (
+                self.has_maps() && !self.min_distance.is_zero(),
+                "--depth-maps: a map knows only the outermost surface, not what lies beyond --min-distance: leave out one of them",
+            ),
+            (
+                self.group == GroupArg::Direction && !self.min_distance.is_zero(),
+                "--min-distance: rays that leave something out go by origin: take --group auto",
             ),
             (
                 self.has_maps() && self.group != GroupArg::Auto,
@@ -92,7 +104,8 @@ impl SamplingArgs {
 
     /// Whether depth maps could.
     pub(crate) fn takes_maps(&self) -> bool {
-        self.max_distance.is_unlimited()
+        self.max_distance.is_zero()
+            && self.min_distance.is_zero()
             && self.set != Some(SetArg::Independent)
             && self.group == GroupArg::Auto
     }
@@ -129,6 +142,7 @@ impl SamplingArgs {
                     FalloffArg::None => Falloff::None,
                     FalloffArg::Linear => Falloff::Linear,
                 },
+                min_distance: self.min_distance.in_scene(scene),
             },
             back_faces: true,
             polarity: match self.polarity {
@@ -159,7 +173,7 @@ enum Distance {
 }
 
 impl Distance {
-    fn is_unlimited(self) -> bool {
+    fn is_zero(self) -> bool {
         matches!(self, Self::World(0.0) | Self::Percent(0.0))
     }
 

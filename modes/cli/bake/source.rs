@@ -208,6 +208,8 @@ pub(crate) struct Results {
     pub(crate) values: Values,
     pub(crate) traced: Vec<TracedRay>,
     pub(crate) receivers: usize,
+    /// How many of them lie nearer to another surface than rounding can tell, where that was looked for; about, of very many.
+    pub(crate) near: u64,
     pub(crate) rays: u64,
     pub(crate) stats: Stats,
 }
@@ -223,7 +225,7 @@ impl Results {
             }
             _ => Values::List(vec![f32::NAN; count], vec![[f32::NAN; 3]; if with_bent { count } else { 0 }]),
         };
-        Self { values, traced: Vec::new(), receivers: 0, rays: 0, stats: Stats::default() }
+        Self { values, traced: Vec::new(), receivers: 0, near: 0, rays: 0, stats: Stats::default() }
     }
 
     /// Puts the values of a piece in their places.

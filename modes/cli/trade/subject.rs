@@ -194,8 +194,8 @@ impl BakeSubject<'_> {
     /// The values in their places, NaN where there is no receiver.
     fn run(&self, options: BakeOptions, common: &Common) -> Result<Answer, Error> {
         let (bake, mut times) = (Bake::new(options)?, Times::default());
-        let found =
-            run::run(&bake, (&self.source, &self.triangles), (self.piece, false), common, &mut times)?;
+        let pieces = run::Pieces { piece: self.piece, with_bent: false, near: None };
+        let found = run::run(&bake, (&self.source, &self.triangles), &pieces, common, &mut times)?;
         let values = match found.values {
             Values::List(values, _) => values,
             Values::Image(image, _) => image.values().as_flattened().to_vec(),

@@ -314,7 +314,7 @@ mod tests {
                 let triangles = Triangles::new(&positions, &indices).expect("valid triangles");
                 let scale = Scale::of(&Aabb::of_points(positions.iter().chain(&points).copied()));
                 let t_max = if round % 3 == 0 { 1.0 + next() as f32 } else { f32::INFINITY };
-                let direction = Direction::new(0, RaySample { direction, t_max }, scale);
+                let direction = Direction::new(0, RaySample { direction, t_min: 0.0, t_max }, scale);
                 let ids = std::array::from_fn(|lane| lane as u32);
                 let run = Run::of(&triangles, &ids, scale, |_| true);
                 let scaled: Vec<[f32; 3]> = points.iter().map(|p| p.map(|x| scale.of_length(x))).collect();

@@ -81,13 +81,23 @@ fn a_ceiling_up_to_a_distance() {
     for max_distance in [1.25, 2.0, 10.0] {
         let c: f64 = 1.0 / max_distance;
         let point = [3.0, 0.0, -1.0];
-        compare(&ceiling, point, Reach { max_distance, falloff: Falloff::None }, [c * c, c]);
+        compare(
+            &ceiling,
+            point,
+            Reach { max_distance, falloff: Falloff::None, min_distance: 0.0 },
+            [c * c, c],
+        );
         let falling = [1.0 - (1.0 - c) * (1.0 - c), c - c * c.ln()];
-        compare(&ceiling, point, Reach { max_distance, falloff: Falloff::Linear }, falling);
+        compare(
+            &ceiling,
+            point,
+            Reach { max_distance, falloff: Falloff::Linear, min_distance: 0.0 },
+            falling,
+        );
     }
     // Nothing is as near as that.
     for falloff in [Falloff::None, Falloff::Linear] {
-        let reach = Reach { max_distance: 0.999, falloff };
+        let reach = Reach { max_distance: 0.999, falloff, min_distance: 0.0 };
         let found =
             run(&ceiling, &free_points(&[([0.0; 3], DVec3::Y)]), BakeOptions { reach, ..Default::default() });
         assert_eq!(found.values, [1.0]);

@@ -8,6 +8,7 @@ mod formulas;
 #[cfg(feature = "gltf")]
 mod gltf;
 mod interrupted;
+mod layers;
 mod maps;
 mod occluders;
 mod outputs;

@@ -63,7 +63,7 @@ fn values_follow_from_rays() {
     let receivers = free_points(&points.iter().enumerate().map(|(k, &p)| (p, normal(k))).collect::<Vec<_>>());
     for set in [SampleSet::Shared, SampleSet::Interleaved, SampleSet::Independent] {
         for weighting in [Weighting::Cosine, Weighting::Uniform] {
-            let reach = Reach { max_distance: 2.0, falloff: Falloff::Linear };
+            let reach = Reach { max_distance: 2.0, falloff: Falloff::Linear, min_distance: 0.0 };
             let options = BakeOptions {
                 rays: 40,
                 set,

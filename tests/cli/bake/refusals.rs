@@ -186,7 +186,7 @@ fn a_full_disk_is_told() {
 #[test]
 fn the_library_refuses_too() {
     let fine = BakeOptions::default();
-    let reach = |max_distance, falloff| Reach { max_distance, falloff };
+    let reach = |max_distance, falloff| Reach { max_distance, falloff, min_distance: 0.0 };
     for (options, named) in [
         (BakeOptions { rays: 0, ..fine }, "0 rays"),
         (BakeOptions { rays: 65_537, ..fine }, "65537 rays"),

@@ -34,7 +34,7 @@ fn pieces_groupings_paths_and_threads_change_nothing() {
     let scene = scene();
     let triangles = scene.geometry().expect("valid");
     let vertices = scene.vertex_receivers().expect("receivers");
-    let reach = Reach { max_distance: 1.0, falloff: Falloff::Linear };
+    let reach = Reach { max_distance: 1.0, falloff: Falloff::Linear, min_distance: 0.0 };
     for set in SETS {
         let options =
             BakeOptions { set, rays: 24, reach, bent: true, traced: true, seed: 9, ..BakeOptions::default() };
