@@ -28,6 +28,9 @@ pub(crate) const SCATTERED_BYTES: u64 = 28;
 /// Bytes of the receiver of a light, with the number of its ray.
 pub(crate) const RECEIVER_BYTES: u64 = 20;
 
+/// Rays whose receivers are found together, before they join the others.
+const TOGETHER: u64 = 1 << 18;
+
 /// Bytes that the engine takes for a receiver: its place in an order.
 const ORDERED_BYTES: u64 = 4;
 
@@ -50,7 +53,7 @@ const GENERAL_BYTES: u64 = 88;
 const BUNDLE_BYTES: [u64; 2] = [63, 3 << 20];
 
 /// Bytes of a ray while it is in a bundle: a thread has a limited number at a time.
-const BUNDLED_BYTES: u64 = 70;
+const BUNDLED_BYTES: u64 = 40;
 
 /// Bytes of a triangle in any order.
 const ORDER_BYTES: u64 = 6;
@@ -134,11 +137,14 @@ impl Shares {
         }
     }
 
-    /// Bytes of the receivers of all lights among so many rays: kept, and those of the engine for the light that has most.
+    /// Bytes of the receivers of all lights among so many rays: kept; and those that pass, of lists that join them and of the engine for the
+    /// light that has most.
     pub(crate) fn receivers(&self, rays: u64) -> [u64; 2] {
         let all: f64 = self.lit.iter().sum();
         let most = self.lit.iter().copied().fold(0.0, f64::max);
-        [(all * (rays * RECEIVER_BYTES) as f64) as u64, (most * (rays * ORDERED_BYTES) as f64) as u64]
+        let together = (rays.min(TOGETHER) * RECEIVER_BYTES) as f64;
+        let passing = most * (rays * ORDERED_BYTES) as f64 + all * together;
+        [(all * (rays * RECEIVER_BYTES) as f64) as u64, passing as u64]
     }
 }
 
@@ -216,7 +222,14 @@ impl PictureBytes<'_> {
         let (args, rays) = (self.args, self.rays);
         let mut tally = Tally::default();
         tally.keep(rays.bytes());
-        tally.pass(self.engine);
+        if rays.ray_bytes > 0 {
+            // What bundles give back of their tree stays in the lists of free memory.
+            let tree = self.triangles * BUNDLE_BYTES[0];
+            tally.keep(tree);
+            tally.pass(self.engine - tree.min(self.engine));
+        } else {
+            tally.pass(self.engine);
+        }
         let format = args.output.as_deref().map_or_else(|| "png".to_owned(), extension);
         let is_preview = (args.output.is_some() || args.aovs.is_empty()) && format != "ply";
         if is_preview {
@@ -250,19 +263,23 @@ impl PictureBytes<'_> {
         let [receivers, ordered] = self.shares.receivers(rays.rays);
         let lights = self.shares.lit.len() as u64;
         tally.pass(receivers + ordered + lights * rays.rays);
+        // What one pass gives back of them is too scattered for the pictures of the next.
+        let scattered = if samples > 1 { receivers } else { 0 };
+        tally.keep(scattered);
         tally.keep(rays.rays * COLOUR_BYTES);
         let followed = self.shares.followed.iter().map(|share| (share * rays.rays as f64) as u64);
         let followed: Vec<u64> = followed.collect();
         tally.pass(lights * rays.rays + self.bounces.forecast(&followed, lights) + self.bundles(&followed));
         tally.pass(self.scattered(colours));
-        tally.free(rays.rays * COLOUR_BYTES + pass);
+        tally.free(rays.rays * COLOUR_BYTES + pass + scattered);
         tally.keep(colours);
     }
 
     /// What the engine takes for bounces.
     fn bundles(&self, followed: &[u64]) -> u64 {
         let most = followed.iter().copied().max().unwrap_or(0);
-        if most > 0 { bundles(self.triangles, most) } else { 0 }
+        // One bounce leaves its tree in the lists of free memory, where the next one makes another.
+        if most > 0 { bundles(self.triangles, most) + self.triangles * BUNDLE_BYTES[0] } else { 0 }
     }
 
     /// Values of rays are copied to their pixels, where these are not the same.

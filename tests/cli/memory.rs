@@ -86,6 +86,7 @@ fn pictures_with_lights_and_bounces() {
         check(&place, &format!("render builtin:cornell --light 278,400,279 --size {size} -o a.png"));
         check(&place, &format!("render builtin:umbel --light 1,5,2 --sun 1,3,1 --size {size} -o a.png"));
     }
+    check(&place, "render builtin:cornell --light 278,400,279 --samples 2 --size 1200x900 -o a.png");
     let glass = "--glass all --refract --bounces 4";
     check(&place, &format!("render large.obj {glass} --size 1200x900 -o a.png"));
 }

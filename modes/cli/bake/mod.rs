@@ -200,8 +200,11 @@ pub(crate) fn make_plan(
     let left = room.left(common).or_else(available_memory).unwrap_or(u64::MAX).saturating_sub(fixed);
     let left = if common.max_memory.is_some() { left } else { left.min(PIECE_BYTES) };
     let piece = extent.piece(bake, left);
-    // Rays are copied once before they join those of other pieces.
-    let each = bake.receiver_bytes() + extent.receiver + rays * (size_of::<TracedRay>() as u64 + 8);
+    // Rays are copied once before they join those of other pieces; those of interleaved sets are sorted, with some of them aside.
+    let numbered = size_of::<TracedRay>() as u64 + 8;
+    let is_sorted = args.options(scene).set == SampleSet::Interleaved;
+    let copied = if is_sorted { numbered + numbered / 4 } else { numbered };
+    let each = bake.receiver_bytes() + extent.receiver + rays * copied;
     let added = fixed + extent.receivers(piece) * each;
     let forecast = room.limit(added, args.target().remedy(), common)?;
     let receivers = piece * extent.per_unit;
