@@ -1,10 +1,13 @@
-//! Forecasts of memory: every verb tells before it begins what the whole process takes at its peak, within 15 % of what the system counts.
+//! Forecasts of memory: every verb tells before it begins what the whole process takes at its peak, within 15 % of what the system counts, or
+//! within 2 MB where the program itself is most of it: how much of its own code is loaded depends on how it was built.
 
 use common::command::{Place, Run};
 use common::place;
 
 /// The most by which a forecast is off.
 const TOLERANCE: f64 = 0.15;
+/// Bytes of the program itself that no forecast knows.
+const PROGRAM: f64 = 2e6;
 
 /// A number that stands before some words on standard error.
 fn number(run: &Run, before: &str) -> f64 {
@@ -22,8 +25,11 @@ fn check(place: &Place, line: &str) -> f64 {
     let run = place.run(&format!("{own} --verbose --threads 2 {others}"));
     assert_eq!(run.code, Some(0), "umbel {line}: {}", run.stderr);
     let (forecast, peak) = (number(&run, " bytes of memory, "), number(&run, " bytes of memory at most"));
-    let error = forecast / peak - 1.0;
-    assert!(error.abs() <= TOLERANCE, "umbel {line}: {forecast} bytes were foreseen, {peak} were taken");
+    let error = (forecast - peak).abs();
+    assert!(
+        error <= (TOLERANCE * peak).max(PROGRAM),
+        "umbel {line}: {forecast} bytes were foreseen, {peak} were taken"
+    );
     peak
 }
 
